@@ -1,4 +1,4 @@
-// Which bodies a step has to look at, as lists of slots.
+// The bodies that a step looks at, as lists of slots.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace fathom::native {
 
-/// Awake bodies that can move, and those of them that the solver moves. A list is made again when it is asked for
-/// after something it depends on has changed.
+/// Awake bodies that can move, and those of them that the solver moves. A list is rebuilt on demand, once something it
+/// depends on has changed.
 class ActiveSet {
  public:
   /// Bodies woke, fell asleep, were isolated, added or removed.
@@ -23,17 +23,17 @@ class ActiveSet {
   /// Brings all lists up to date.
   void refresh_in_contact(const BodyTable& bodies, const BodyState& state);
 
-  // As the last call of `refresh` or `refresh_in_contact` left them, ascending.
+  // Ascending; as the last call of `refresh` or `refresh_in_contact` left them.
   std::span<const std::uint32_t> active() const { return active_; }
   std::span<const std::uint32_t> in_contact() const { return in_contact_; }
   std::span<const std::uint32_t> kinematic() const { return kinematic_; }  ///< of those in contact
   /// Changes with `in_contact`.
   std::uint64_t sorting() const { return sorting_; }
 
-  /// Whether lists that count as current are what they would be if they were made again.
+  /// Whether the lists that count as current equal rebuilt ones.
   bool agrees_with(const BodyTable& bodies, const BodyState& state) const;
 
-  /// Takes bodies that were isolated within this step out of those in contact, which stay the same sorting.
+  /// Removes bodies isolated within this step from `in_contact`; `sorting` does not change.
   void drop_isolated(const BodyState& state);
 
   std::size_t memory_bytes() const {

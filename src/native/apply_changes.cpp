@@ -1,11 +1,11 @@
-// What the narrow phase found is applied here, in the order of contacts: ends and beginnings of touch, with the
-// colours they bring. Three loops, because contacts, bodies and lists lie anywhere in memory, and one thread
-// would wait for each of them to come from the cache of the thread that wrote it last:
+// Applies what the narrow phase found, in the order of contacts: touches that begin or end, and their colours. Three
+// loops, because contacts, bodies and lists are scattered in memory, and a single thread would wait for each cache line
+// to arrive from the core that wrote it last:
 //
-// 1. Every thread gathers what some blocks of contacts have met, into slots that were counted out before.
-// 2. One thread takes and gives colours, whose choice depends on all that were chosen before. Meanwhile the others
-//    forget the pairs that are gone and set up the manifolds of those that begin to touch.
-// 3. Colours' lists are brought up to date, each by one thread.
+// 1. Each thread gathers the changes of some blocks of contacts into slots counted out beforehand.
+// 2. One thread assigns and releases colours, as each choice depends on all earlier ones. Meanwhile the others forget
+//    pairs that are gone and set up the manifolds of contacts that begin to touch.
+// 3. The lists of colours are updated, each by one thread.
 #include <algorithm>
 
 #include "check/check.hpp"
@@ -34,7 +34,7 @@ void NativeSimulator::apply_changes() {
     graph_.uncolour(ended);
     if (!wakes_any) graph_.colour(begun);
   };
-  // Many threads do the rest before the one with the colours can help.
+  // With many threads the others finish before the colouring thread could help.
   const std::size_t threads = parts_for(pool_, changes_.count()), parts = threads > 3 ? threads - 1 : threads;
   pool_.for_each_chunk_beside(colour, parts, 1, [&](std::size_t part, std::size_t) {
     graph_.forget(gone, part, parts);
@@ -72,7 +72,7 @@ void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, 
   one_after_the_other(part * count / parts, (part + 1) * count / parts, fetch, make);
 }
 
-// An island that wakes up has those of its contacts coloured that touch by then.
+// When an island wakes, those of its contacts that touch by then are coloured.
 void NativeSimulator::begin_one_by_one() {
   const std::span<const GraphEdge> begun = changes_.begun();
   for (std::size_t i = 0; i < begun.size(); ++i) {
@@ -98,7 +98,7 @@ void NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& 
   const Piece a = piece_of(bodies[c.a], children.a), b = piece_of(bodies[c.b], children.b);
   c.round = is_round(a.geometry.type) || is_round(b.geometry.type);
   if (c.in_parts) c.axis = fresh.axis;
-  FATHOM_ASSERT(!c.round || fresh.manifold.count <= 2);  // other points' room has what rolls
+  FATHOM_ASSERT(!c.round || fresh.manifold.count <= 2);  // rolling data occupies the other points' memory
   graph_.mix_materials(c, manifold);
   const float overlap =
       first_overlap(fresh.manifold, manifold.restitution, a.half, b.half, contact_sag(def) * length(def.gravity));
@@ -111,7 +111,7 @@ void NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& 
 
 void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
   Contact& c = graph_[index];
-  // Of the parts of a pair the last one to go tells of it.
+  // Only the last part of a pair to go reports the end of touch.
   bool others_touch = false;
   if (c.in_parts)
     for (std::uint32_t part = graph_.next_part(index); part != index; part = graph_.next_part(part))

@@ -25,7 +25,8 @@ namespace fathom::native::HWY_NAMESPACE {
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// Fields of a block of joints. Inertia tensors are where contacts have them, so that bodies are loaded alike.
+/// Fields of a block of joints. Inertia tensors are at the same offsets as in contact blocks, so bodies load the same
+/// way.
 enum JointField : int {
   joint_arm_a = 0,
   joint_arm_b = 3,
@@ -53,7 +54,7 @@ HWY_INLINE BallJointRow<V> load_joint(const Block<D>& block) {
           block.get(joint_most)};
 }
 
-/// What sweeps leave of it.
+/// Stores what sweeps change.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void store_joint(const Block<D>& block, const BallJointRow<V>& row) {
   block.set3(joint_impulse, row.impulse), block.set3(joint_total, row.total);
@@ -82,7 +83,7 @@ HWY_INLINE void load_joint_bodies(const Block<D>& block, std::size_t lane, const
   block.b()[lane] = joint.b;
 }
 
-/// Inverse inertias of lanes, where some body has several principal moments.
+/// Inverse inertias per lane, for blocks with an anisotropic body.
 template <class D>
 HWY_INLINE void load_joint_inertias(const Block<D>& block, const BodiesView& view) {
   const auto set = [&](int field, std::size_t lane, std::uint32_t slot) {
@@ -104,7 +105,7 @@ HWY_INLINE Vec3 swing_acceleration(const BodiesView& view, std::uint32_t slot) {
   return view.swings[slot] ? view.motion[slot].acceleration : Vec3{};
 }
 
-/// All but those whose mechanism is solved directly.
+/// Joints of mechanisms that are solved directly are left out.
 template <class D>
 HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* refs, const Constrained& constrained,
                                  const BodiesView& view) {
@@ -154,7 +155,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
   for (int k = 0; k < 5; ++k) block.set(joint_bias_rate + k, hn::Load(d, softness[k]));
 }
 
-/// Of lanes whose bit is not set.
+/// Zeroes the impulses of lanes whose bit is not set.
 template <class D>
 HWY_NOINLINE void forget_joint_impulses(const Block<D>& block, const std::uint8_t* bits) {
   for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {

@@ -1,4 +1,4 @@
-// Where a body is and how large: what the broad phase and the narrow phase look at first.
+// A body's position and extent: what the broad phase and the narrow phase read first.
 #pragma once
 
 #include "dynamics/bounds.hpp"
@@ -6,11 +6,11 @@
 
 namespace fathom::native {
 
-/// One cache line, because contacts visit bodies in no order, and lines that they fetch are what most of them cost.
-/// Half extents and radius are copies of BodyInfo's, so that two boxes are told apart without fetching that, too.
+/// One cache line, because contacts visit bodies in random order and mostly cost the lines they fetch. Half extents and
+/// radius are copies of BodyInfo's, so that separating two boxes need not fetch that as well.
 struct alignas(64) BodyBounds {
   Aabb box;           ///< bounds of the next step's motion plus the speculative margin
-  Aabb fat_box;       ///< with room to move; what the broad phase knows
+  Aabb fat_box;       ///< the box with a margin to move in; what the broad phase sees
   Vec3 half_extents;  ///< of a box (m); other shapes have zero
   float radius = 0;   ///< of the bounding sphere (m)
 
@@ -30,7 +30,7 @@ inline void copy_shape(const BodyInfo& info, BodyBounds& to) {
   to.radius = info.radius;
 }
 
-/// Of a body that begins to move like this.
+/// Bounds of a body at the start of such a motion.
 inline BodyBounds bounds_of(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt) {
   BodyBounds b;
   b.box = motion_box(info, pose, velocity, dt);

@@ -14,7 +14,7 @@ void BodyContacts::add(std::uint32_t index, const Contact& contact) {
   if (2 * newer_.size() > listed_.size()) are_kept_ = false;
 }
 
-// Without a look at `in_use`, which nobody could predict.
+// Does not test `in_use`, an unpredictable branch.
 void BodyContacts::list(std::span<const Contact> contacts, std::size_t slots) {
   are_kept_ = true;
   newer_.clear();
@@ -33,12 +33,12 @@ std::vector<std::uint32_t> BodyContacts::of(std::uint32_t slot, std::span<const 
   looked_through_ += newer_.size();
   if (!are_kept_ || looked_through_ > 2 * listed_.size()) list(contacts, slots);
   std::vector<std::uint32_t> found;
-  // A contact's index may have gone to another one since.
+  // A contact's index may have been reused since.
   for (std::size_t i = newer_.size(); i-- > 0;)
     if (const Newer& n = newer_[i];
         (n.a == slot || n.b == slot) && contacts[n.contact].in_use && contacts[n.contact].born == first_newer_ + i)
       found.push_back(n.contact);
-  if (slot >= ends_.size()) return found;  // it came later
+  if (slot >= ends_.size()) return found;  // added later
   const auto older = static_cast<std::ptrdiff_t>(found.size());
   for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
     if (const Contact& c = contacts[listed_[i]]; c.in_use && (newer_.empty() || c.born < first_newer_))

@@ -1,6 +1,6 @@
-// Which contacts hang on each body. Only the application and islands that fall asleep or wake up want to know, of one
-// body after the other, while a step may make and remove thousands of contacts. So lists are made when one is asked
-// for, and contacts made later are looked through until that has taken longer than making the lists anew would.
+// The contacts of each body. Only the application, and islands that fall asleep or wake, ask for them, one body at a
+// time, while a step may create and remove thousands of contacts. So the lists are built on demand, and later contacts
+// are searched linearly until that has cost more than a rebuild.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ namespace fathom::native {
 
 class BodyContacts {
  public:
-  /// False where nobody has asked for long: then `add` need not be called.
+  /// False if nobody has asked for a long time: `add` need not be called then.
   bool are_kept() const { return are_kept_; }
-  /// A contact was made; they are added in the order of their birth.
+  /// A contact was made; call in order of birth.
   void add(std::uint32_t index, const Contact& contact);
 
-  /// The contacts in use that hang on the body, the newest first, out of all `contacts` of `slots` bodies.
+  /// The body's contacts in use, newest first, from all `contacts` of `slots` bodies.
   std::vector<std::uint32_t> of(std::uint32_t slot, std::span<const Contact> contacts, std::size_t slots);
 
   std::size_t memory_bytes() const {
@@ -33,11 +33,11 @@ class BodyContacts {
   void list(std::span<const Contact> contacts, std::size_t slots);
 
   bool are_kept_ = false;
-  std::vector<std::uint32_t> ends_;    // of each body's list, which begins where the last one's ends
+  std::vector<std::uint32_t> ends_;    // of each body's list, which begins at the previous end
   std::vector<std::uint32_t> listed_;  // contacts of all bodies
-  std::vector<Newer> newer_;           // contacts made since, one birth after the other
-  std::uint64_t first_newer_ = 0;      // birth
-  std::size_t looked_through_ = 0;     // newer ones, since lists were made
+  std::vector<Newer> newer_;           // contacts made since, in order of birth
+  std::uint64_t first_newer_ = 0;      // its birth
+  std::size_t looked_through_ = 0;     // newer contacts, since the lists were built
 };
 
 }  // namespace fathom::native

@@ -20,7 +20,7 @@ void list_all(const BodyTable& bodies, BodySides& sides) {
 }  // namespace
 
 bool BodySides::take(const BodyTable& bodies, std::span<const std::uint32_t> set_changes) {
-  constexpr std::size_t few = 64;  // of so many one
+  constexpr std::size_t few = 64;  // lists all if more than one body in this many changed
   if (lists_all || few * set_changes.size() > bodies.count()) {
     list_all(bodies, *this);
     lists_all = false;

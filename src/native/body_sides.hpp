@@ -1,4 +1,4 @@
-// Bodies that move, and those that do not, for the trees that are searched for them.
+// Moving bodies and fixed ones, for their separate search trees.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@ namespace fathom::native {
 struct BodySides {
   std::vector<std::uint32_t> moving;  ///< slots, ascending
   FixedTree fixed;
-  bool lists_all = true;  ///< the next `take` asks all bodies
+  bool lists_all = true;  ///< the next `take` goes through all bodies
 
-  /// Applies that bodies in these slots were added or removed, maybe repeatedly. Returns whether any of them moves.
+  /// Applies additions and removals of bodies in these slots, which may repeat. Returns whether any of them moves.
   bool take(const BodyTable& bodies, std::span<const std::uint32_t> set_changes);
 
   void save(ByteWriter& write) const;

@@ -1,5 +1,5 @@
-// The state that a step moves, by slot. Separate arrays because every stage reads only a few of them; slots
-// rather than a compacted list because contacts, trees and the application keep them as stable names.
+// The state that a step changes, by slot. Separate arrays, because each stage reads only a few of them; slots rather
+// than a compacted list, because contacts, trees and the application use them as stable names.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@ enum BodyFlag : std::uint8_t {
   has_force = 4,    ///< `forces` holds something for the next step
   isolated = 8,     ///< stopped because its state was not finite
   kinematic = 16,
-  targeted = 64,  ///< the next step takes it to a pose that the application has given
+  targeted = 64,  ///< the next step takes it to a pose given by the application
   jointed = 128,  ///< it has joints
   filtered = 32,  ///< there may be bodies that it does not collide with
 };
 
-/// Of a body with this orientation on which a force of the application acts beside `gravity` (m/s²).
+/// Acceleration of a body with this orientation under an application force besides `gravity` (m/s²).
 inline Acceleration forced_acceleration(const BodyInfo& info, Quat rotation, const Force& f, Vec3 gravity) {
   Acceleration a{gravity, {}};
   add_forces(a, rotation, info.inverse_mass, info.isotropic ? info.inverse_inertia.xx : 0.0f, info.inverse_inertia,
@@ -30,7 +30,7 @@ inline Acceleration forced_acceleration(const BodyInfo& info, Quat rotation, con
   return a;
 }
 
-/// What the flight of a body without contacts needs of BodyInfo, which has six lines.
+/// What the free flight of a body without contacts needs of BodyInfo, which spans six cache lines.
 struct alignas(16) FlightData {
   float gravity_scale = 1;
   float linear_damping = 0, angular_damping = 0;  ///< 1/s
@@ -43,13 +43,13 @@ struct BodyState {
   std::vector<BodyBounds> bounds;
   std::vector<FlightData> flight;
   std::vector<std::uint8_t> flags;
-  std::vector<float> slow_time;               ///< s that the body has been slow
+  std::vector<float> slow_time;               ///< s for which the body has been slow
   std::vector<std::uint32_t> colour_mask;     ///< colours its contacts occupy
   std::vector<std::uint32_t> overflow_count;  ///< its contacts without a colour
   std::vector<Force> forces;
-  std::vector<std::uint64_t> to_solve;  ///< a bit a body: the solver moves it, because it has colours or is kinematic
+  std::vector<std::uint64_t> to_solve;  ///< a bit per body: the solver moves it, because it has colours or is kinematic
 
-  // Used only between two steps' ends, by bodies in contact.
+  // Used only within a step, by bodies in contact.
   std::vector<SolverBody> solver;  ///< entry 0 stands for "no body"; slot s is entry s + 1; then stand-ins
   std::vector<BodyMotion> motion;
   std::vector<WarmStart> warm;
@@ -67,7 +67,7 @@ struct BodyState {
 
   void resize(std::size_t slots);
   void reserve(std::size_t slots);
-  /// Told by flags where they can; BodyInfo is far away.
+  /// Answered from flags where possible; BodyInfo is far away.
   bool is_dynamic(const BodyTable& bodies, std::uint32_t slot) const {
     return flags[slot] & awake ? !(flags[slot] & kinematic) : bodies[slot].motion == MotionType::dynamic;
   }
@@ -83,7 +83,7 @@ struct BodyState {
     to_solve[slot / 64] = is ? to_solve[slot / 64] | bit : to_solve[slot / 64] & ~bit;
   }
 
-  /// Back to what an unused slot looks like.
+  /// Resets to the state of an unused slot.
   void clear(std::uint32_t slot);
   std::size_t size() const { return poses.size(); }
   std::size_t memory_bytes() const;

@@ -3,7 +3,7 @@
 namespace fathom::native {
 
 void BodyTree::note(std::vector<std::uint32_t>& list, std::uint32_t slot) {
-  constexpr std::size_t most = 1024;  // there may never be a query
+  constexpr std::size_t most = 1024;  // bounds memory: there may never be a query
   if (sides_.lists_all) return;
   list.push_back(slot);
   if (list.size() < most) return;
@@ -22,7 +22,7 @@ void BodyTree::refresh(const BodyTable& bodies, const BodyBounds* bounds, Thread
 void BodyTree::refresh_fixed(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool) {
   set_changed_ |= sides_.take(bodies, set_changes_);
   for (const std::uint32_t slot : moved_fixed_)
-    if (sides_.fixed.contains(slot)) sides_.fixed.note_moved(slot);  // it may have gone since
+    if (sides_.fixed.contains(slot)) sides_.fixed.note_moved(slot);  // may have been removed since
   sides_.fixed.refresh(bounds, pool);
   set_changes_.clear();
   moved_fixed_.clear();

@@ -1,7 +1,7 @@
-// The tree that queries search: bodies by their boxes, of any simulator.
+// The search tree of queries: bodies of any simulator by their boxes.
 //
-// It is the queries' own, beside what a broad phase keeps: asking questions between two steps must not change the order
-// in which the next step finds its pairs.
+// Separate from the broad phase's trees: a query between two steps must not change the order in which the next step
+// finds its pairs.
 #pragma once
 
 #include <cstdint>
@@ -15,23 +15,23 @@ namespace fathom::native {
 
 class BodyTree {
  public:
-  // What has changed since the last `refresh`.
+  // Changes since the last `refresh`.
   /// A body was added to the slot, or removed.
   void note_set(std::uint32_t slot) { note(set_changes_, slot); }
   void note_fixed_moved(std::uint32_t slot) { note(moved_fixed_, slot); }
   void note_others_moved() { others_moved_ = true; }
-  /// Whether boxes of fixed bodies may be new.
+  /// Whether boxes of fixed bodies may have changed.
   bool may_have_new_fixed() const { return sides_.lists_all || !set_changes_.empty() || !moved_fixed_.empty(); }
 
   /// Brings the tree up to date with the fat boxes in `bounds`, by slot.
   void refresh(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool);
 
-  /// Of fixed bodies alone.
+  /// Refreshes fixed bodies alone.
   void refresh_fixed(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool);
 
   const FixedTree& fixed() const { return sides_.fixed; }
 
-  /// Bodies that the box meets, as `Bvh::visit` does.
+  /// Visits bodies whose boxes the moving box meets, as `Bvh::visit` does.
   void visit(const MovingBox& box, BodyVisitor& visitor) const;
   void visit_fixed(const MovingBox& box, BodyVisitor& visitor) const { sides_.fixed.visit(box, 1.0f, visitor); }
 
@@ -42,8 +42,8 @@ class BodyTree {
 
   Bvh moving_;
   BodySides sides_;
-  std::vector<std::uint32_t> set_changes_, moved_fixed_;  // slots; of too many all bodies are listed
-  bool set_changed_ = true, others_moved_ = true;         // of bodies that move
+  std::vector<std::uint32_t> set_changes_, moved_fixed_;  // slots; if there are too many, all bodies are listed
+  bool set_changed_ = true, others_moved_ = true;         // bodies that move
 };
 
 }  // namespace fathom::native

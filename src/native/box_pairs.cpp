@@ -35,7 +35,7 @@ V mul(V a, V b) { return hn::Mul(a, b); }
 V max3(V a, V b, V c) { return hn::Max(hn::Max(a, b), c); }
 V min3(V a, V b, V c) { return hn::Min(hn::Min(a, b), c); }
 
-// As fathom::cross, which rounds every product.
+// Like fathom::cross, which rounds every product.
 Vec3V<V> rounded_cross(Vec3V<V> a, Vec3V<V> b) {
   return {sub(mul(a.y, b.z), mul(a.z, b.y)), sub(mul(a.z, b.x), mul(a.x, b.z)), sub(mul(a.x, b.y), mul(a.y, b.x))};
 }
@@ -46,7 +46,7 @@ struct PoseLanes {
 
 PoseLanes relative(const Lanes& a, const Lanes& b, const BodyState& state) {
   const Pose* const poses = state.poses.data();
-  const QuadV<V> position_a = a.load(poses, 0), turn_a = a.load(poses, 1);  // turns are w, x, y, z
+  const QuadV<V> position_a = a.load(poses, 0), turn_a = a.load(poses, 1);  // rotations are w, x, y, z
   const QuadV<V> position_b = b.load(poses, 0), turn_b = b.load(poses, 1);
   const V w = turn_a.x, bw = turn_b.x, bx = turn_b.y, by = turn_b.z, bz = turn_b.w;
   const Vec3V<V> u{hn::Neg(turn_a.y), hn::Neg(turn_a.z), hn::Neg(turn_a.w)};
@@ -136,7 +136,7 @@ struct LargestFace {
   V separation;
   VI cache;
 };
-/// The first of equals, as `largest`.
+/// The first of equals, like `largest`.
 LargestFace largest_face(const V* faces, VI first, VI second, VI third) {
   const auto choose = [](const LargestFace& x, const LargestFace& y) {
     const Mask is_x = hn::Ge(x.separation, y.separation);
@@ -151,8 +151,8 @@ struct Separated {
   VI caches;
 };
 
-/// By an axis across edges, where faces do not: the pair of edges that did in the step before, which stays, or the one
-/// that does by most.
+/// Tests edge-edge axes where no face separates: the last step's separating pair of edges is kept, otherwise the pair
+/// with the largest separation wins.
 Separated separate_by_edges(const PairLanes& p, V margin, V face, VI before) {
   const VI kind = hn::And(before, hn::Set(di, 0xff)), by_edges = hn::Set(di, AxisCache::edges);
   const Mask had_edges = hn::RebindMask(d, hn::Eq(kind, by_edges));

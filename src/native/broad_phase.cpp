@@ -11,7 +11,7 @@
 namespace fathom::native {
 
 bool BroadPhaseInput::is_wanted(std::uint32_t a, std::uint32_t b) const {
-  // Most pairs that overlap are known, and then the bodies need not be looked at.
+  // Most overlapping pairs are known already, so the bodies need not be read.
   if (known.contains(a, b)) return false;
   if (!state.is_dynamic(bodies, a) && !state.is_dynamic(bodies, b)) return false;
   if (!((state.flags[a] | state.flags[b]) & filtered)) return true;
@@ -24,7 +24,7 @@ class TreeBroadPhase : public BroadPhase {
  public:
   std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
     refresh(input, pool);
-    // Small trees are in the cache anyway, and only bodies that can move are in the tree's order.
+    // Small trees fit in the cache anyway, and the tree's order lists only bodies that can move.
     const std::size_t changed = input.changed.size();
     const bool many = changed > min_changed && changed * min_part > moving_.size();
     return many && !input.changed_at_rest ? find_in_order_of_tree(input, pool, found)
@@ -91,8 +91,8 @@ class TreeBroadPhase : public BroadPhase {
     return search_chunks(input.changed.size(), grain, pool, found, search_for);
   }
 
-  // Neighbours search the same nodes, most of which their thread has refitted. What they find is brought into the order
-  // of slots.
+  // Neighbours search the same nodes, most of them refitted by their own thread. Their results are then put into slot
+  // order.
   std::size_t find_in_order_of_tree(const BroadPhaseInput& input, ThreadPool& pool,
                                     std::vector<std::vector<Pair>>& found) {
     const std::span<const std::uint32_t> leaves = moving_.leaves();
@@ -120,8 +120,8 @@ class TreeBroadPhase : public BroadPhase {
     return 1;
   }
 
-  /// Calls act(begin, end, hits, pairs) for chunks of [0, count), with a list of pairs for each; returns how many these
-  /// are.
+  /// Calls act(begin, end, hits, pairs) for chunks of [0, count), each with its own list of pairs; returns the number
+  /// of chunks.
   template <class Act>
   std::size_t search_chunks(std::size_t count, std::size_t grain, ThreadPool& pool,
                             std::vector<std::vector<Pair>>& found, const Act& act) {
@@ -137,8 +137,8 @@ class TreeBroadPhase : public BroadPhase {
     return chunks;
   }
 
-  /// A list on the stack of who works on it: its size changes all the time, and the lists of other threads' chunks lie
-  /// beside it.
+  /// Keeps a list on the working thread's stack: its size changes constantly, and lists of other threads' chunks are
+  /// adjacent to it.
   template <class List>
   struct Borrowed {
     explicit Borrowed(List& list) : mine(std::move(list)), home(list) {}
@@ -151,16 +151,16 @@ class TreeBroadPhase : public BroadPhase {
   };
 
   static bool is_fixed(const BroadPhaseInput& input, std::uint32_t slot) {
-    // Flags are near; what is awake is not fixed.
+    // Flags are cheap to read; an awake body is not fixed.
     return !(input.state.flags[slot] & awake) && input.bodies[slot].motion == MotionType::fixed;
   }
 
-  /// Of at most `Bvh::family` bodies. `search_moving`: of a box, among bodies that can move, into `hits`. Calls
-  /// note(slot, first) where all that `slot` found lies in `found` from `first` on.
+  /// Searches for at most `Bvh::family` bodies. `search_moving` searches a box among bodies that can move, into `hits`.
+  /// Calls note(slot, first) when all that `slot` found is in `found` from `first` on.
   template <class SearchMoving, class Note>
   void search(const BroadPhaseInput& input, std::span<const std::uint32_t> slots, std::vector<std::uint32_t>& hits,
               std::vector<Pair>& found, const SearchMoving& search_moving, const Note& note) const {
-    // All of them search before the first looks up what it knows already, which has to be fetched.
+    // All search before the first looks up its known pairs, which must be fetched.
     std::array<std::size_t, Bvh::family + 1> first_of;
     hits.clear();
     for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -169,14 +169,14 @@ class TreeBroadPhase : public BroadPhase {
       std::size_t count = first_of[i] = hits.size();
       search_moving(box);
       if (!is_fixed(input, slot)) sides_.fixed.overlap(box, hits);
-      // Of two changed bodies the one in the lower slot reports.
+      // If both bodies have changed, the lower slot reports the pair.
       for (std::size_t k = count; k < hits.size(); ++k) {
         const std::uint32_t other = hits[k];
         hits[count] = other;
         count += other > slot || (other != slot && !input.is_changed(other));
       }
       hits.resize(count);
-      // What a large body meets is listed in the order of slots, in which its contacts will be looked at.
+      // A large body's hits are listed in slot order, in which its contacts will be read.
       if (count - first_of[i] > many_hits)
         std::sort(hits.begin() + static_cast<std::ptrdiff_t>(first_of[i]), hits.end());
       for (std::size_t k = first_of[i]; k < count; ++k) input.known.prefetch(slot, hits[k]);

@@ -1,4 +1,4 @@
-// Which fat boxes overlap: two interchangeable ways to find new pairs.
+// Finds overlapping fat boxes: two interchangeable ways to find new pairs.
 #pragma once
 
 #include <cstdint>
@@ -18,14 +18,14 @@ struct Pair {
   std::uint32_t a, b;
 };
 
-/// What a broad phase looks at. A "changed" body is one whose fat box is new.
+/// Input of a broad phase. A "changed" body has a new fat box.
 struct BroadPhaseInput {
   const BodyTable& bodies;
   const BodyState& state;
   const PairSet& known;
   std::span<const std::uint32_t> changed;      ///< ascending slots
   bool changed_at_rest;                        ///< some of them are not awake, and may be fixed
-  std::span<const std::uint32_t> set_changes;  ///< slots of bodies that were added or removed, maybe repeatedly
+  std::span<const std::uint32_t> set_changes;  ///< slots of bodies added or removed; may repeat
 
   bool set_changed() const { return !set_changes.empty(); }
   bool is_changed(std::uint32_t slot) const { return state.flags[slot] & box_changed; }
@@ -36,18 +36,18 @@ struct BroadPhaseInput {
 class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
-  /// Writes the new pairs into the first lists of `found`, one per chunk of work, and returns how many lists these are.
+  /// Writes the new pairs into the first lists of `found`, one per chunk of work, and returns how many lists it used.
   /// The pairs and their order do not depend on threads.
   virtual std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) = 0;
 
   /// True where no pair is ever listed twice.
   virtual bool lists_pairs_once() const { return false; }
 
-  /// Brings the structure that `find` searches up to date; `find` does it itself.
+  /// Updates the structure that `find` searches; `find` does so itself.
   virtual void refresh(const BroadPhaseInput& input, ThreadPool& pool) = 0;
-  /// Of bodies that do not move, as `find` has searched it; null where it keeps none.
+  /// The tree of fixed bodies as `find` searched it; null if there is none.
   virtual const FixedTree* fixed() const { return nullptr; }
-  /// Appends all slots that can move, neighbours near each other, and a number that changes when this order does.
+  /// Appends all slots that can move, neighbours close together.
   virtual void list_neighbours(std::vector<std::uint32_t>& slots) const = 0;
   virtual std::uint64_t order() const = 0;
   virtual std::size_t memory_bytes() const = 0;

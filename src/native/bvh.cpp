@@ -19,7 +19,7 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::CappedTag<float, 8>;  // children of a node
 
-// 21 bits to every third bit of 63.
+// Spreads 21 bits to every third bit of 63.
 std::uint64_t spread_bits(std::uint64_t x) {
   x &= 0x1fffff;
   x = (x | x << 32) & 0x1f00000000ffffull;
@@ -33,7 +33,7 @@ int exponent(float x) { return !(x > 0) ? -126 : is_finite(x) ? std::ilogb(x) : 
 
 float largest_extent(const Aabb& box) { return max_component(box.upper - box.lower); }
 
-// The exponent of two of the median of the boxes' largest extents, from a histogram.
+// Binary exponent of the median of the boxes' largest extents, from a histogram.
 int median_exponent(std::span<const std::uint32_t> items, const BodyBounds* bounds) {
   std::array<std::uint32_t, 256> histogram{};
   for (const std::uint32_t item : items)
@@ -64,7 +64,7 @@ Quantiser quantiser(std::span<const std::uint32_t> items, const BodyBounds* boun
     const Vec3 c = centre(bounds[item].fat_box);
     range = {min(range.lower, c), max(range.upper, c)};
   }
-  // One scale for all axes keeps the cells cubes.
+  // One scale for all axes keeps the cells cubic.
   const float extent = max_component(range.upper - range.lower);
   return {range.lower, extent > 0 ? static_cast<float>(1 << morton_bits) / extent : 0.0f};
 }
@@ -113,7 +113,7 @@ void Bvh::set_child(Node& node, std::size_t child, const Aabb& box) {
   }
 }
 
-// Other threads have read the node: only what changed is written, so that the rest stays in their caches.
+// Other threads have read the node: writing only what changed leaves the rest in their caches.
 void Bvh::replace(Node& node, const Node& by) {
   const Lanes d;
   float *to = node.lower[0], *end = to + 6 * width;
@@ -147,7 +147,8 @@ constexpr std::size_t nodes_ahead = 2;
 
 }  // namespace
 
-// Subtrees of two levels by all threads, each with its box in the node above, and then what little there is above.
+// All threads refit subtrees of two levels, writing each one's box into the node above; one thread refits the few
+// levels above.
 void Bvh::refit(const BodyBounds* bounds, ThreadPool& pool) {
   if (leaves_.empty()) return;
   const std::size_t subtrees = (levels_[0].count + width - 1) / width;
@@ -162,7 +163,7 @@ void Bvh::refit(const BodyBounds* bounds, ThreadPool& pool) {
                         [&](std::size_t begin, std::size_t end) { refit_level(level, begin, end); });
 }
 
-// `root` is a node of level 1, if there is one.
+// `root` is a node of level 1, if that level exists.
 void Bvh::refit_subtree(const BodyBounds* bounds, std::size_t root) {
   areas_[root] = refit_parents(bounds, root * width, std::min((root + 1) * width, levels_[0].count));
   if (levels_.size() == 1) return;
@@ -175,7 +176,7 @@ void Bvh::refit_subtree(const BodyBounds* bounds, std::size_t root) {
     for (std::size_t c = root % width + 1; c < width; ++c) set_child(above, c, empty_box);
 }
 
-// Nodes whose children are leaves. Their area tells how loose the tree has become.
+// Nodes whose children are leaves. Their area measures how loose the tree has become.
 double Bvh::refit_parents(const BodyBounds* bounds, std::size_t begin, std::size_t end) {
   double area = 0;
   static_assert(sizeof(BodyBounds) == 16 * sizeof(float) && sizeof(Aabb) == 6 * sizeof(float));
@@ -218,7 +219,7 @@ void Bvh::refit_level(std::size_t level, std::size_t begin, std::size_t end) {
   }
 }
 
-/// A box in lanes, and which of eight boxes it meets.
+/// A box in lanes, tested against eight boxes at a time.
 class Bvh::Probe {
  public:
   explicit Probe(const Aabb& box)
@@ -236,9 +237,9 @@ class Bvh::Probe {
     return met;
   }
 
-  /// Writes which of eight boxes, in arrays with `stride` entries a component, it meets, out of the first `count`;
-  /// returns the end. Their numbers are first, first + 1, …, or those that `numbers` gives. Room for eight more is
-  /// needed.
+  /// Of eight boxes, stored with a stride of `stride` per component, lists those among the first `count` that overlap;
+  /// returns the end of the list. Boxes are numbered first, first + 1, …, or by `numbers`. The list needs room for
+  /// eight more.
   HWY_INLINE std::uint32_t* list(const float* lower, const float* upper, std::size_t stride, std::size_t count,
                                  std::uint32_t first, std::uint32_t* end) const {
     for (std::size_t c = 0; c < width; c += lanes)
@@ -263,8 +264,8 @@ class Bvh::Probe {
   static constexpr hn::Rebind<std::uint32_t, Lanes> du{};
   static constexpr std::size_t lanes = hn::MaxLanes(Lanes());
 
-  // The indices of the bits that are set in a number, one behind the other. Highway's own compression (1.0.3) copies
-  // its table to the stack at every call.
+  // The indices of a number's set bits, in sequence. Highway's own compression (1.0.3) copies its table to the stack at
+  // every call.
   struct BitIndices {
     std::uint8_t of[256][width];
   };
@@ -276,7 +277,7 @@ class Bvh::Probe {
     return indices;
   }
 
-  // Infinities meet the empty boxes that stand for children beyond the last one.
+  // Boxes with infinite bounds overlap the empty boxes of missing children, hence `count`.
   HWY_INLINE std::uint32_t* append(hn::Vec<decltype(du)> numbers, hn::Mask<Lanes> met, std::size_t count,
                                    std::size_t begin, std::uint32_t* end) const {
     static constexpr BitIndices table = bit_indices();
@@ -299,7 +300,7 @@ class Bvh::Probe {
   hn::Vec<Lanes> lower_[3], upper_[3];
 };
 
-// Depth first, the last child first; children of parents of leaves in order.
+// Depth first, last child first; children of level 1 in order.
 template <class Visit>
 void Bvh::descend(const Aabb& box, std::uint32_t lowest, const Visit& visit) const {
   const Probe probe(box);
@@ -323,7 +324,7 @@ void Bvh::descend(const Aabb& box, std::uint32_t lowest, const Visit& visit) con
   }
 }
 
-// How many are found is nothing that a processor could predict, so they are listed without branches.
+// The number of hits is unpredictable, so they are listed without branches.
 HWY_INLINE std::uint32_t* Bvh::list_leaves(const Probe& probe, std::size_t parent, std::uint32_t* end) const {
   const Node& node = nodes_[parent];
   const std::size_t first = parent * width;
@@ -365,7 +366,7 @@ void Bvh::list_nearby(std::size_t number, Nearby& nearby) const {
 void Bvh::overlap(const Aabb& box, const Nearby& nearby, std::vector<std::uint32_t>& found) const {
   if (!nearby.is_known) return overlap(box, found);
   const Probe probe(box);
-  // The levels one by one. The lists are read backwards, so that parents come as `descend` meets them.
+  // Level by level. Lists are read backwards, so that parents come in the order of `descend`.
   std::uint32_t near[Nearby::most + width], parents[(Nearby::most + 1) * width];
   std::uint32_t* near_end = near;
   for (std::size_t first = 0; first < nearby.count; first += width)

@@ -1,13 +1,13 @@
-// A bounding volume hierarchy with eight children a node and no pointers.
+// A bounding volume hierarchy with eight children per node and no pointers.
 //
-// Leaves are sorted along a Morton curve (Lauterbach et al., "Fast BVH Construction on GPUs", 2009), then every
-// eight neighbours share a node, every eight nodes a parent, and so on: node i of level k has the children
-// 8i … 8i+7 of level k−1. Building is a radix sort and refitting one pass over arrays, which is why the native
-// simulator refits whenever a box moved and sorts anew only when the boxes have drifted apart. A node holds
-// its children's boxes by component, so that one node is six vector comparisons.
+// Leaves are sorted along a Morton curve (Lauterbach et al., "Fast BVH Construction on GPUs", 2009), then every eight
+// neighbours share a node, every eight nodes a parent, and so on: node i of level k has the children 8i … 8i+7 of level
+// k−1. Building is a radix sort and refitting one pass over arrays, so the native simulator refits whenever a box has
+// moved and sorts again only when the boxes have drifted apart. A node stores its children's boxes by component:
+// testing it takes six vector comparisons.
 //
-// Size comes first in the sort key: boxes much larger than the median (a sea floor) get subtrees of their own and
-// do not swell the nodes of small ones.
+// Size leads the sort key: boxes much larger than the median (a sea floor) get subtrees of their own and do not bloat
+// the nodes of small ones.
 #pragma once
 
 #include <cstdint>
@@ -28,34 +28,35 @@ class Bvh {
   void build(std::span<const std::uint32_t> items, const BodyBounds* bounds, ThreadPool& pool);
   /// Recomputes all boxes of the tree in place.
   void refit(const BodyBounds* bounds, ThreadPool& pool);
-  /// True where moved items have made the nodes so loose that sorting again pays.
+  /// True if motion has made the nodes so loose that sorting again is worthwhile.
   bool is_loose() const { return area_ > 1.5 * area_when_built_; }
 
   /// Appends the items whose boxes overlap `box`; their order depends only on the tree.
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const;
 
-  /// Leaves that share a node two levels up, and lie together.
+  /// Adjacent leaves that share a node two levels up.
   static constexpr std::size_t family = 64;
-  /// Nodes of that level that some of a family's boxes may meet, in the order in which `overlap` visits them: so that
-  /// their searches begin there and not at the root.
+  /// Nodes of that level that boxes of a family may overlap, in the order in which `overlap` visits them: searches
+  /// start from these instead of the root.
   struct Nearby {
     static constexpr std::size_t most = 64;
     alignas(32) float lower[3][most], upper[3][most];
     std::uint32_t nodes[most];
     std::size_t count = 0;
-    bool is_known = false;  ///< false where there are more, or the tree is too small: `overlap` finds everything
+    bool is_known =
+        false;  ///< false if there are more, or the tree is too small: `overlap` then searches from the root
   };
-  /// What leaves [number · family, (number + 1) · family) may meet.
+  /// Finds what leaves [number · family, (number + 1) · family) may overlap.
   void list_nearby(std::size_t number, Nearby& nearby) const;
-  /// As the other, for a box of that family.
+  /// The same for a box of that family.
   void overlap(const Aabb& box, const Nearby& nearby, std::vector<std::uint32_t>& found) const;
 
-  /// Visits items whose boxes the moving box meets up to the fraction `limit` of its way, about in the order in which
-  /// it meets them, as far as the fraction that the last visit returned, which it returns. bvh_visit.cpp
+  /// Visits items whose boxes the moving box meets up to the fraction `limit` of its path, roughly in the order of
+  /// meeting. Each visit returns the new limit; returns the last one. bvh_visit.cpp
   float visit(const MovingBox& box, float limit, BodyVisitor& visitor) const;
 
   void save(ByteWriter& write) const { write(leaves_, area_when_built_); }
-  /// The saved order of leaves over these boxes.
+  /// Restores the saved leaf order over these boxes.
   void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool);
 
   std::size_t size() const { return leaves_.size(); }
@@ -80,7 +81,7 @@ class Bvh {
     std::uint32_t item;
   };
 
-  /// Infinities meet the empty boxes that stand for children beyond the last one.
+  /// Boxes with infinite bounds overlap the empty boxes of missing children.
   bool has_child(std::uint32_t level, std::size_t child) const {
     return child < (level > 0 ? levels_[level - 1].count : leaves_.size());
   }
@@ -100,7 +101,7 @@ class Bvh {
   std::vector<Node> nodes_;            // level by level, leaves' parents first
   std::vector<Level> levels_;
   std::vector<Key> keys_, sorted_;
-  std::vector<double> areas_;  // per subtree of two levels
+  std::vector<double> areas_;  // per two-level subtree
   std::uint64_t times_built_ = 0;
   double area_ = 0;
   double area_when_built_ = 0;

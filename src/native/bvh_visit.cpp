@@ -1,8 +1,8 @@
-// What a moving box meets on its way through the tree, the nearest first.
+// Finds what a moving box meets in the tree, nearest first.
 //
-// Single precision must lose nobody: a box is met where rounding leaves a doubt. Bounds are rounded by a few units in
-// the last place of their coordinates, by which they are grown here; fractions are rounded relative to themselves
-// (T. Ize, "Robust BVH Ray Traversal", J. Computer Graphics Techniques 2, 2013).
+// Rounding to single precision must miss nothing: in doubt, a box counts as met. Bounds are off by a few units in the
+// last place of their coordinates and are grown by that much here; fractions have a relative error (T. Ize, "Robust BVH
+// Ray Traversal", J. Computer Graphics Techniques 2, 2013).
 #include <algorithm>
 #include <bit>
 #include <iterator>
@@ -22,12 +22,12 @@ using Lanes = hn::CappedTag<float, 8>;  // children of a node
 
 constexpr float coordinate_rounding = 0x1p-21f, fraction_rounding = 0x1p-20f;
 
-/// Slabs of eight boxes against a moving one (T. Kay, J. Kajiya, "Ray Tracing Complex Scenes", 1986).
+/// Slab test of eight boxes against a moving one (T. Kay, J. Kajiya, "Ray Tracing Complex Scenes", 1986).
 class Slabs {
  public:
   explicit Slabs(const MovingBox& box) {
     for (int axis = 0; axis < 3; ++axis) {
-      constexpr float least = 1e-20f;  // m; what does not move, moves by this
+      constexpr float least = 1e-20f;  // m; an axis without motion moves by this
       const float way = box.translation[axis], centre = box.centre[axis];
       const bool forward = way >= 0;
       const float per_way = 1.0f / (forward ? std::max(way, least) : std::min(way, -least));
@@ -41,8 +41,8 @@ class Slabs {
     }
   }
 
-  /// Writes the fractions at which eight boxes are met, whose sides are the lower ones by axis and then the upper ones;
-  /// returns a bit for each that is met up to `limit`.
+  /// Writes the fractions at which eight boxes are met; `sides` are their lower bounds by axis, then the upper ones.
+  /// Returns a bit for each box met up to `limit`.
   HWY_INLINE std::uint32_t meets(const float* sides, float limit, float* fractions) const {
     constexpr std::size_t width = 8;
     std::uint32_t met = 0;
@@ -64,7 +64,7 @@ class Slabs {
   }
 
  private:
-  /// Which of a box's sides is met first, and which last.
+  /// Which of a box's sides is met first and which last.
   struct Sides {
     std::size_t near, far;
   };
@@ -92,7 +92,7 @@ float Bvh::visit(const MovingBox& box, float limit, BodyVisitor& visitor) const 
     const Node& node = nodes_[levels_[entry.level].first + entry.node];
     const std::size_t first = std::size_t{entry.node} * width;
     alignas(32) float fractions[width];
-    // The nearest child is to be taken first: the last on the stack, whose top is kept in order.
+    // The nearest child is visited first: the new top of the stack is kept sorted, nearest last.
     Entry* const bottom = stack + top;
     for (std::uint32_t met = slabs.meets(node.lower[0], limit, fractions); met != 0; met &= met - 1) {
       const auto c = static_cast<std::size_t>(std::countr_zero(met));

@@ -50,9 +50,9 @@ void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
     lower = min(lower, box.lower);
     largest = max(largest, box.upper - box.lower);
   }
-  // A hundredth for the rounding of middles.
+  // One per cent against rounding of the centres.
   const Vec3 inverse{1.0f / (1.01f * largest.x), 1.0f / (1.01f * largest.y), 1.0f / (1.01f * largest.z)};
-  constexpr float most = 1048575;  // 20 bits; those farther away than a million cells share the last one
+  constexpr float most = 1048575;  // 20 bits; bodies more than a million cells away share the last one
   struct Part {
     std::uint64_t x, y, z;
   };
@@ -233,7 +233,7 @@ void CellSolver::sweep_row(Row& row) {
     ContactStep step =
         contact_step(1 / h, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic, def_.solver.push_out_velocity);
     stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
-    // Rolling comes last, by the impulse that carries the load.
+    // Rolling resistance comes last, using the impulse that carries the load.
     const bool rolls = pass == Pass::relax || def_.solver.method == Solver::impulse;
     if constexpr (pass == Pass::relax)
       sweep_contact<ContactPass::relax, false>(rows, axes, bodies, step, carried);
@@ -245,7 +245,7 @@ void CellSolver::sweep_row(Row& row) {
       row.roll.impulse = solve_rolling(bodies, row.roll.length, rows.impulses.sum(), row.roll.impulse);
     if (ends_substep_) rows.impulses.step += rows.impulses.sum();
   }
-  // As in native/solver_kernels.cpp: nothing crosses a contact that is not finite.
+  // As in native/solver_kernels.cpp: a contact that is not finite passes nothing on.
   if (!is_sound(bodies, rows.impulses)) {
     rows.impulses = {};
     return;

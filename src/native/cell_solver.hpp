@@ -1,10 +1,10 @@
-// Contacts solved cell by cell, as the dissertation's native simulator does (its section 3.4): all constraints of a
-// cell of a uniform grid are solved by one thread, one after the other, and cells are distributed among threads. Cells
-// of one of 2³ cell groups share no body, so these are worked through one group after the other (Le Grand 2007).
+// Solves contacts cell by cell, as the dissertation's native simulator does (its section 3.4): one thread solves all
+// constraints of a cell of a uniform grid, one by one, and cells are distributed among threads. Cells within one of 2³
+// cell groups share no body; the groups are processed one after another (Le Grand 2007).
 //
-// As on a device (device/published/cells.hpp) a constraint belongs to the lower of its bodies' cells along each axis,
-// and a cell is as large as the largest box of a body that can be pushed. Here the number of constraints is known when
-// they are partitioned: none is ever left out, and cells without any cost nothing.
+// As on a device (device/published/cells.hpp), a constraint belongs to the lower of its bodies' cells along each axis,
+// and a cell is as large as the largest box of a pushable body. Here the number of constraints is known when they are
+// partitioned: none is ever left out, and empty cells cost nothing.
 #pragma once
 
 #include <atomic>
@@ -25,7 +25,7 @@ class CellSolver {
   // As ContactSolver's.
   void build(std::span<const std::uint32_t> in_contact);
   void solve(std::span<const std::uint32_t> in_contact);
-  void store();  ///< and fades overlaps
+  void store();  ///< also fades overlaps
 
   std::size_t cell_count() const { return cells_.empty() ? 0 : cells_.size() - 1; }
   std::size_t point_count() const { return point_count_; }
@@ -43,7 +43,7 @@ class CellSolver {
     RollRow roll;
     Vec3 surface_slide;  ///< where `on_moving_surface` (m/s)
     std::uint32_t contact, a, b;
-    float nearest;  ///< m, of the points when the step began
+    float nearest;  ///< m, smallest separation of the points when the step began
     bool isotropic, pushes_fixed, on_moving_surface;
 
     SurfaceSlide surfaces() const { return {on_moving_surface ? &surface_slide : nullptr}; }
@@ -75,12 +75,12 @@ class CellSolver {
   ContactSolver& body_solver_;
   std::vector<Entry> entries_;
   std::vector<Row> rows_;
-  std::vector<std::size_t> cells_;  // where each one's rows begin, and their end
+  std::vector<std::size_t> cells_;  // where each cell's rows begin; the last entry is the end
   std::size_t first_cell_[groups + 1] = {};
   std::atomic<std::size_t> point_count_ = 0;
   ContactSoftness contacts_;
   std::atomic<bool> bounced_ = false;
-  bool ends_substep_ = false;  // the sweep under way is its substep's last
+  bool ends_substep_ = false;  // the current sweep is the substep's last
 };
 
 }  // namespace fathom::native

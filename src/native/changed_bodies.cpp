@@ -17,7 +17,7 @@ void ChangedBodies::collect(std::span<const std::uint8_t> flags, ThreadPool& poo
   pool.for_each_chunk(flags.size(), flags_grain, [&](std::size_t begin, std::size_t end) {
     Found found;
     std::uint32_t* const slots = &slots_[begin];
-    // Without branches, which nobody could predict.
+    // Branch-free: the flags are unpredictable.
     const auto look_at = [&](std::size_t first, std::size_t last) {
       for (std::size_t slot = first; slot < last; ++slot) {
         const std::uint8_t f = flags[slot];

@@ -1,4 +1,4 @@
-// Bodies whose fat boxes are new: those the last step moved out of their boxes, and those edited since.
+// Bodies with new fat boxes: those that the last step moved out of their boxes, and those edited since.
 #pragma once
 
 #include <cstdint>

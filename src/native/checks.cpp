@@ -1,4 +1,4 @@
-// What holds after every step of the native simulator (check/check.hpp).
+// Invariants after every step of the native simulator (check/check.hpp).
 #include <bit>
 
 #include "check/check.hpp"
@@ -37,7 +37,7 @@ void NativeSimulator::validate_bodies() const {
 }
 
 void NativeSimulator::validate_contacts() const {
-  // A direct solution of supports that takes a load away leaves some of the cone to rounding.
+  // Where the direct solution of supports removes a load, rounding leaves impulses outside the cone.
   const float beyond = !solver_.supports().empty() ? 1.25f : 1.001f;
   const auto speed_of = [this](std::uint32_t slot) {
     const Velocity& v = state_.velocities[slot];
@@ -58,7 +58,7 @@ void NativeSimulator::validate_contacts() const {
     for (int p = 0; p < m.point_count(); ++p) FATHOM_VALIDATE(is_finite(m.impulses[p]) && m.impulses[p] >= 0, c.b);
     FATHOM_VALIDATE(is_finite(m.friction_impulse[0]) && is_finite(m.friction_impulse[1]) && is_finite(m.twist_impulse),
                     c.b);
-    // The `impulse` solver ends with the points, which friction has not seen then; new manifolds drop points' impulses.
+    // The `impulse` solver ends with normal rows, which its friction has not seen; new manifolds drop points' impulses.
     if (def.solver.method != Solver::soft || !was_solved(c)) continue;
     const float of_surfaces = c.on_moving_surface ? length(graph_.surface_slide(i)) : 0.0f;
     const float stopping = (speed_of(c.a) + speed_of(c.b) + of_surfaces) / bodies[c.b].inverse_mass;
@@ -67,7 +67,7 @@ void NativeSimulator::validate_contacts() const {
   FATHOM_VALIDATE(in_use == graph_.pair_count());
 }
 
-// Colours share no body, and lists, contacts and bodies agree about them.
+// Constraints of a colour share no body, and lists, contacts and bodies agree about colours.
 void NativeSimulator::validate_colours() const {
   std::vector<int> colours(state_.size());
   std::vector<int> colour_of(state_.size(), -1);
@@ -115,7 +115,7 @@ void NativeSimulator::validate_colours() const {
   }
 }
 
-/// Whether its impulses are this step's.
+/// Whether its impulses are from this step.
 bool NativeSimulator::was_solved(const Contact& c) const { return c.colour != no_colour && is_active(c); }
 
 }  // namespace fathom::native

@@ -17,7 +17,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
 
-/// Kept apart, see BlockArray.
+/// Stored separately, see BlockArray.
 enum BounceField : int {
   restitution,
   pull,  // relative acceleration along the normal

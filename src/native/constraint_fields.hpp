@@ -1,4 +1,4 @@
-// What a block of constraints holds for each of its lanes, and where.
+// Layout of a block of constraints: the fields of each lane.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ enum Field : int {
   k_11,
   k_12,
   k_22,
-  points,  // five a point: x, y, separation, effective mass, impulse
+  points,  // five per point: x, y, separation, effective mass, impulse
   friction = points + 5 * max_manifold_points,
   friction_impulse_1,
   friction_impulse_2,
@@ -37,8 +37,8 @@ enum Field : int {
   slide_22,  // inverse of the tangential 2×2 matrix
   twist_mass,
   patch_radius,
-  step_impulse,  // along the normal, of all points over the step
-  held_part,     // of the supports' direct solution; only where the header says so
+  step_impulse,  // along the normal, sum of all points over the step
+  held_part,     // from the supports' direct solution; only if the header says so
   inertia_a,     // six each: xx yy zz xy xz yz
   inertia_b = inertia_a + 6,
   field_count = inertia_b + 6,
@@ -55,10 +55,10 @@ enum PointField : int { point_x, point_y, point_separation, point_mass, point_im
 
 constexpr int point_field(int point, PointField field) { return points + point * point_fields + field; }
 
-/// A block begins with its header, then three indices a lane, then the fields, all by lanes.
+/// A block is its header, then three indices per lane, then the fields, each for all lanes.
 inline constexpr std::size_t block_header_bytes = 64, block_indices = 3;
 
-/// One lane of a block, for those who look at single constraints.
+/// One lane of a block, for access to single constraints.
 class LaneFields {
  public:
   LaneFields() = default;

@@ -1,11 +1,10 @@
-// Which constraint goes to which lane of which block, and which thread works on it. All of this is for speed: within a
-// colour any order gives the same result, and so does any order of islands, or of a division's domains.
+// Assigns constraints to lanes of blocks, and blocks to threads. All for speed only: within a colour any order gives
+// the same result, and so does any order of islands, or of a division's domains.
 //
-// Large heaps come in units (domains.hpp), each with blocks and bodies of its own.
-// Where contacts are few, bodies fall into many islands, which know nothing of each other. Islands that lie together
-// then make a group, and one thread takes a group through all sweeps without waiting for the others. Otherwise all
-// threads work on one colour after the other; each has its share of every colour, at the same position in all of them
-// as nearly as equal shares allow, and of the bodies there.
+// Large heaps are divided into units (domains.hpp), each with its own blocks and bodies. Where contacts are few, bodies
+// fall into many islands, which do not affect each other. Nearby islands then form a group, which one thread takes
+// through all sweeps without waiting for the others. Otherwise all threads work on one colour after the other; each has
+// a share of every colour and its bodies, at the same position in all of them as nearly as equal shares allow.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +21,7 @@
 
 namespace fathom::native {
 
-/// Ascending slots, those of them that are kinematic, and a number that changes when they do.
+/// Ascending slots, the kinematic ones among them, and a number that changes when they do.
 struct BodiesInContact {
   std::span<const std::uint32_t> slots;
   std::uint64_t version;
@@ -31,21 +30,21 @@ struct BodiesInContact {
 
 class ConstraintLayout {
  public:
-  /// Blocks of one colour.
+  /// Consecutive blocks of one colour.
   struct Stretch {
     std::size_t first, end;
-    std::size_t shares;  ///< threads that it is shared out to; of a group, 1
+    std::size_t shares;  ///< threads that share it; 1 in a group
   };
   struct Range {
     std::size_t begin, end;
   };
-  /// Of `bodies`, `stretches` and blocks.
+  /// Ranges of `bodies`, `stretches` and blocks.
   struct Group {
     Range bodies, stretches, blocks;
   };
 
-  /// Of `bodies`, `stretches` and blocks; only units of the first division have bodies and contacts with what cannot be
-  /// pushed.
+  /// Ranges of `bodies`, `stretches` and blocks. Only units of the first division have bodies and contacts with
+  /// unpushable bodies.
   struct Unit {
     Range bodies{0, 0}, between{0, 0}, on_fixed{0, 0}, blocks{0, 0};
   };
@@ -53,17 +52,18 @@ class ConstraintLayout {
   ConstraintLayout(const BodyState& state, const ContactGraph& graph, ThreadPool& pool, std::size_t width)
       : state_(state), graph_(graph), pool_(pool), width_(width) {}
 
-  /// Whether `update` will lay them out by domains; else threads share them out by the neighbourhood.
+  /// Whether `update` will use domains; otherwise threads divide the work by neighbourhood.
   bool may_use_domains() const { return graph_.domains().in_use() && !graph_.any_overflow(); }
-  /// Follows the graph's colours and the bodies in contact. Returns true where blocks have moved.
+  /// Follows the graph's colours and the bodies in contact. Returns true if blocks have moved.
   bool update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
 
-  /// Bodies in contact, in an order that suits their contacts' blocks; in groups and domains those that are dynamic.
+  /// Bodies in contact, in the order of their contacts' blocks where possible; with groups or domains, the dynamic
+  /// ones.
   std::span<const std::uint32_t> bodies() const { return bodies_; }
-  /// The others, which belong to no group or domain.
+  /// The kinematic bodies, which belong to no group or domain.
   std::span<const std::uint32_t> kinematic() const { return kinematic_; }
 
-  /// Constraint of each lane, or `none`. A block has those of one kind.
+  /// Constraint of each lane, or `none`. A block's constraints are of one kind.
   const ConstraintRef* lanes() const { return lanes_.data(); }
   std::size_t lane_count() const { return blocks_ * width_; }
   std::size_t width() const { return width_; }
@@ -71,7 +71,7 @@ class ConstraintLayout {
   int colours() const { return colours_; }
   std::span<const Stretch> stretches() const { return stretches_; }
 
-  /// By number (`Domains::unit`); empty where there are no domains, or something forbids to use them.
+  /// By number (`Domains::unit`); empty if there are no domains or they cannot be used.
   std::span<const Unit> units() const { return units_; }
   std::span<const Unit> first_units() const { return units().first(units_.empty() ? 0 : graph_.domains().count(0)); }
   std::span<const std::uint32_t> bodies(const Unit& unit) const {
@@ -81,15 +81,15 @@ class ConstraintLayout {
     return {stretches_.data() + range.begin, range.end - range.begin};
   }
 
-  /// Empty where all bodies are one group, shared by all threads.
+  /// Empty if all bodies form one group, shared by all threads.
   std::span<const Group> groups() const { return groups_; }
   std::span<const std::uint32_t> bodies(const Group& group) const {
     return {bodies_.data() + group.bodies.begin, group.bodies.end - group.bodies.begin};
   }
   std::span<const Stretch> stretches(const Group& group) const { return stretches(group.stretches); }
 
-  /// Calls act(begin, end, share_end) for parts of the stretch's blocks on the threads whose shares they are, and which
-  /// end there.
+  /// Calls act(begin, end, share_end) for parts of the stretch's blocks, each on the thread whose share, ending at
+  /// share_end, contains them.
   template <class Act>
   void for_each_part(std::size_t stretch, const Act& act) {
     const std::size_t* first = cuts(stretch);
@@ -98,7 +98,7 @@ class ConstraintLayout {
         shares, [&](std::size_t t) { return first[t]; },
         [&](std::size_t begin, std::size_t end) { act(begin, end, *std::lower_bound(first, first + shares, end)); });
   }
-  /// Calls act(begin, end) for parts of the bodies in contact, on the threads whose shares they are.
+  /// Calls act(begin, end) for parts of the bodies in contact, each on the thread whose share it is.
   template <class Act>
   void for_each_part_of_bodies(const Act& act) {
     pool_.for_each_share(
@@ -121,7 +121,7 @@ class ConstraintLayout {
   void share_out_bodies(const Neighbourhood& neighbourhood);
 
   std::span<const std::uint32_t> without_kinematic(const BodiesInContact& in_contact);
-  /// Colours the unit's contacts between bodies anew, into `recoloured_`. False where that is not worth while.
+  /// Recolours the unit's contacts between bodies, into `recoloured_`. False if that is not worthwhile.
   bool recolour(std::size_t unit);
   void fill_by_unit();
   std::vector<std::uint32_t>::iterator first_lane(const Stretch& stretch) {
@@ -136,7 +136,7 @@ class ConstraintLayout {
   void fill_by_group();
   std::uint32_t root(std::uint32_t slot);
 
-  static constexpr std::size_t min_lanes = 32;  // the least work worth another thread, about half a microsecond
+  static constexpr std::size_t min_lanes = 32;  // smallest work worth another thread, about half a microsecond
   static constexpr std::size_t min_bodies = 64;
 
   const BodyState& state_;
@@ -144,8 +144,8 @@ class ConstraintLayout {
   ThreadPool& pool_;
   const std::size_t width_;
 
-  std::uint64_t colouring_ = 0, version_ = 0;  // what blocks and bodies follow
-  std::size_t threads_ = 0;                    // that they are cut for
+  std::uint64_t colouring_ = 0, version_ = 0;  // versions that blocks and bodies are built for
+  std::size_t threads_ = 0;                    // number of threads they are divided for
   std::vector<std::uint32_t> bodies_, dynamic_;
   std::span<const std::uint32_t> kinematic_;
   std::vector<ConstraintRef> lanes_;
@@ -153,7 +153,7 @@ class ConstraintLayout {
   int colours_ = 0;
   std::vector<Stretch> stretches_;
 
-  // Shared by all threads: where each thread's blocks of a stretch begin, and its bodies, and its regions.
+  // Shared by all threads: where each thread's blocks of a stretch, its bodies and its regions begin.
   std::vector<int> colour_of_;                   // by stretch
   std::vector<Neighbourhood::Offsets> offsets_;  // of each stretch's lanes
   std::vector<std::size_t> cuts_, body_cuts_, region_cuts_;
@@ -166,10 +166,10 @@ class ConstraintLayout {
   std::vector<std::uint32_t> next_body_;    // by chunk and unit
 
   // In groups.
-  struct Island {  // of a body; what is not `parent`, of the root alone
+  struct Island {  // of a body; all but `parent` valid for the root only
     std::uint32_t parent, weight, group;
   };
-  struct Link {  // `root` is its A until islands are joined
+  struct Link {  // `root` is body A until islands are joined
     ConstraintRef constraint;
     std::uint32_t colour, b, root;
   };

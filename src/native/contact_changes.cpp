@@ -33,7 +33,7 @@ void ContactChanges::end_block(std::size_t first_contact) {
   const std::size_t number = first_contact / block_size_;
   const Block& block = blocks_[number];
   const auto counted = [](std::size_t n) { return static_cast<std::uint16_t>(n); };
-  // Written once: those of other threads' blocks lie beside them.
+  // Written once: the counts of other threads' blocks are adjacent.
   counts_[number] = {counted(block.recycled),    counted(block.begun.size()), counted(block.ended.size()),
                      counted(block.gone.size()), counted(block.fast.size()),  block.has_new_parts};
 }
@@ -62,7 +62,7 @@ void ContactChanges::gather(ContactGraph& graph, ThreadPool& pool) {
   });
 }
 
-// Lists the blocks that hold changes, with the positions of these.
+// Lists the blocks with changes, and where their changes go.
 void ContactChanges::list_changed_blocks(ContactGraph& graph) {
   PlacedBlock next{};
   recycled_ = 0;

@@ -1,7 +1,7 @@
-// What the narrow phase met, by blocks of contacts, until it is applied (apply_changes.cpp).
+// What the narrow phase found, by blocks of contacts, until it is applied (apply_changes.cpp).
 //
-// Each block is one thread's while contacts are looked at. Few blocks hold anything, so counts of each lie in an array
-// of their own, which one thread looks through; then all threads gather what the blocks list, in the order of contacts.
+// One thread processes each block of contacts. Few blocks hold changes, so their counts are in a separate array, which
+// one thread scans; then all threads gather the blocks' lists, in the order of contacts.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ class ContactChanges {
     std::uint32_t recycled = 0;
     bool has_new_parts = false;  // in `begun`
 
-    /// What a contact has met; a first manifold is in `begun` already.
+    /// Records a contact's change; a first manifold is in `begun` already.
     void note(const ContactGraph& graph, std::uint32_t index, Change change) {
       recycled += change == Change::recycled;
       if (change != Change::ended && change != Change::gone) return;
@@ -34,31 +34,31 @@ class ContactChanges {
     }
   };
 
-  /// Makes room for what the graph's contacts meet. A pair in parts may take a hundred times as long as another one:
-  /// where most are, blocks are smaller, or a few trees on a mesh would all be one thread's. Pairs of boxes are tested
-  /// side by side, which takes large ones.
+  /// Makes room for changes of the graph's contacts. A pair in parts may take a hundred times as long as another: where
+  /// most are, blocks are smaller, or a few trees on a mesh would all go to one thread. Pairs of boxes are tested side
+  /// by side, which needs large blocks.
   void make_room(const ContactGraph& graph);
-  /// Contacts of a block.
+  /// Contacts per block.
   std::size_t block_size() const { return block_size_; }
-  /// The block that begins with this contact, empty.
+  /// The block that begins with this contact, emptied.
   Block& begin_block(std::size_t first_contact);
-  /// Counts what it lists now.
+  /// Counts the block's lists.
   void end_block(std::size_t first_contact);
 
-  // Before they are gathered, by one thread.
+  // Before `gather`, by one thread.
 
   /// Whether the contact ends touch.
   bool ends(std::uint32_t contact) const {
     const std::vector<std::uint32_t>& ended = blocks_[contact / block_size_].ended;
     return std::ranges::find(ended, contact) != ended.end();
   }
-  /// A contact that touched ends that, whatever it has met.
+  /// Ends the touch of a touching contact, whatever the narrow phase found.
   void end(std::uint32_t contact) {
     blocks_[contact / block_size_].ended.push_back(contact);
     ++counts_[contact / block_size_].ended;
   }
-  /// Of what begins nothing is left but what lets_begin(manifold), which may change it, is true of; asked in the order
-  /// of blocks.
+  /// Keeps of `begun` only manifolds for which lets_begin(manifold) is true; it may change the manifold. Called in the
+  /// order of blocks.
   template <class Predicate>
   void filter_begun(const Predicate& lets_begin) {
     for (std::size_t i = 0; i < counts_.size(); ++i) {
@@ -72,15 +72,15 @@ class ContactChanges {
     }
   }
 
-  /// Gathers what all blocks list, in the order of contacts: parts of pairs are made, contacts that end give up their
-  /// edges, and pairs that are gone leave the graph.
+  /// Gathers all blocks' lists, in the order of contacts: makes parts of pairs, removes the edges of contacts that end,
+  /// and removes pairs that are gone from the graph.
   void gather(ContactGraph& graph, ThreadPool& pool);
 
-  // Of the last call of `gather`.
+  // Results of the last `gather`.
   std::span<GraphEdge> begun() { return {edges_begun_.data(), edges_begun_.size()}; }
   std::span<GraphEdge> ended() { return {edges_ended_.data(), edges_ended_.size()}; }
   std::span<Pair> gone() { return {pairs_gone_.data(), pairs_gone_.size()}; }
-  /// Of what begins, by index in `begun`.
+  /// By index in `begun`.
   std::span<const NewManifold* const> first_manifolds() const {
     return {first_manifolds_.data(), first_manifolds_.size()};
   }
@@ -101,7 +101,7 @@ class ContactChanges {
     std::uint16_t recycled = 0, begun = 0, ended = 0, gone = 0, fast = 0;
     bool has_new_parts = false;
   };
-  /// A block with changes, and where these begin among those of all blocks.
+  /// A block with changes, and where they begin among those of all blocks.
   struct PlacedBlock {
     std::uint32_t block, begun, ended, gone;
   };
@@ -113,7 +113,7 @@ class ContactChanges {
   std::vector<Block> blocks_;
   std::vector<Counts> counts_;  // by block
   std::vector<PlacedBlock> changed_blocks_;
-  std::vector<std::size_t> fast_blocks_;  // that list fast pairs
+  std::vector<std::size_t> fast_blocks_;  // blocks with fast pairs
   std::uint32_t recycled_ = 0;
   LargeArray<GraphEdge> edges_begun_, edges_ended_;
   LargeArray<Pair> pairs_gone_;

@@ -17,7 +17,7 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t ahead = 8;  // what lies anywhere in memory is fetched so many turns before its own
+constexpr std::size_t ahead = 8;  // iterations by which scattered memory is prefetched
 constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
 
 }  // namespace
@@ -38,7 +38,7 @@ void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* 
   }
 }
 
-// Of contacts that are not in parts the ring is never asked for.
+// Only contacts in parts use the ring.
 void ContactGraph::begin_ring(std::uint32_t index, Children children) {
   if (parts_.size() < contacts_.size()) {
     const std::size_t before = parts_.size();
@@ -92,7 +92,7 @@ void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
 
 void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added) {
   if (pairs.empty()) return;
-  // The indices that one pair after the other would take: free ones from the last, then new ones.
+  // The indices that adding pairs one by one would use: free ones from the last, then new ones.
   const std::size_t old = std::min(free_.size(), pairs.size()), first_new = contacts_.size();
   const auto index_at = [&](std::size_t i) {
     return i < old ? free_[free_.size() - 1 - i] : static_cast<std::uint32_t>(first_new + i - old);
@@ -122,8 +122,8 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
   free_.resize(free_.size() - old);
 }
 
-// Every thread looks through all pairs for those of its tables, which costs less than sorting them out; a few at a
-// time, without branches, which nobody could predict.
+// Each thread scans all pairs for those of its tables, which is cheaper than sorting them; in batches without branches,
+// as these are unpredictable.
 template <class Act>
 void ContactGraph::for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts,
                                       const Act& act) const {
@@ -143,7 +143,7 @@ void ContactGraph::for_each_in_tables(std::span<const Pair> pairs, std::size_t p
 
 bool ContactGraph::is_mostly_parts() const {
   if (!any_parts()) return false;
-  constexpr std::size_t sample = 512;  // all would take longer than is to be gained
+  constexpr std::size_t sample = 512;  // scanning all would cost more than it gains
   std::size_t in_use = 0, in_parts = 0;
   for (std::size_t i = 0; i < std::min(contacts_.size(), sample); ++i) {
     const Contact& c = contacts_[i];
@@ -292,7 +292,7 @@ void ContactGraph::colour(std::span<GraphEdge> edges) {
   }
 }
 
-/// The lowest colour that is free on all bodies that can be pushed.
+/// Takes the lowest colour free on all pushable bodies.
 std::uint8_t ContactGraph::take_colour(std::uint32_t a, std::uint32_t b, bool fixed_a) {
   std::uint32_t taken = state_.colour_mask[b];
   taken |= fixed_a ? ~fixed_colours : state_.colour_mask[a] | fixed_colours;
@@ -404,7 +404,7 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
   constexpr std::size_t grain = 4096;
   const std::size_t lists = domains_.units() * (overflow_colour + 1), chunks = (contacts_.size() + grain - 1) / grain;
   colours_.resize(lists);
-  std::vector<std::uint32_t> next(chunks * lists);  // by chunk and list: how many, then the next one's index
+  std::vector<std::uint32_t> next(chunks * lists);  // by chunk and list: first the count, then the next index
   const auto for_each_in = [&](std::size_t begin, std::size_t end, const auto& act) {
     for (std::size_t index = begin; index < end; ++index)
       if (const Contact& c = contacts_[index]; c.in_use && c.colour != no_colour)

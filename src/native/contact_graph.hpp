@@ -1,13 +1,13 @@
-// All contacts of a world: their storage, which bodies they hang on, and the colours of those that touch.
+// All contacts of a world: their storage, their bodies, and the colours of those that touch.
 //
-// Colouring is greedy and persistent (as in Box2D v3 and Box3D): a contact takes the lowest colour free on both of
-// its bodies when it begins to touch and keeps it until it ends. Contacts with a body that cannot be pushed
-// block only the other body and have colours of their own, solved last because the ground is the firmer side. A
-// contact that finds no colour goes to the overflow list, which is solved one by one. Colours are given and taken by
-// one thread in the order of contacts, so they do not depend on timing. They are listed by unit (domains.hpp).
+// Colouring is greedy and persistent (as in Box2D v3 and Box3D): when a contact begins to touch, it takes the lowest
+// colour free on both bodies and keeps it until the touch ends. Contacts with an unpushable body occupy a colour of the
+// other body only, and have colours of their own, solved last because the ground is the firmer side. A contact that
+// finds no colour goes to the overflow list, which is solved one by one. One thread assigns and releases colours in the
+// order of contacts, so they do not depend on timing. Colours are listed by unit (domains.hpp).
 //
-// What a step changes is applied by all threads (apply_changes.cpp): each does all that there is to do for some
-// contacts, or for some of the tables of pairs, or for some of the lists of colours, in the order of contacts.
+// All threads apply a step's changes (apply_changes.cpp): each does all the work for some contacts, some tables of
+// pairs or some lists of colours, in the order of contacts.
 #pragma once
 
 #include <cstdint>
@@ -30,14 +30,14 @@
 
 namespace fathom::native {
 
-/// A contact that touches, and where it is solved.
+/// A touching contact, and where it is solved.
 struct GraphEdge {
   std::uint32_t contact, a, b;
   std::uint16_t unit;
   std::uint8_t colour;
   bool fixed_a;
 
-  /// Of those that can be pushed.
+  /// Calls act(slot) for the pushable bodies.
   template <class Act>
   void for_each_body(const Act& act) const {
     act(b);
@@ -45,18 +45,18 @@ struct GraphEdge {
   }
 };
 
-/// What a contact's two surfaces are to each other.
+/// The combined material of a contact's two surfaces.
 struct ContactMaterials {
   float friction = 0, restitution = 0;
-  Vec3 slide;  ///< what moving surfaces add to the sliding velocity of B against A (m/s, world axes)
+  Vec3 slide;  ///< sliding velocity of B relative to A added by moving surfaces (m/s, world axes)
 };
 
-/// How many parts so many contacts or pairs are changed in.
+/// Number of parts into which work on so many contacts or pairs is divided.
 inline std::size_t parts_for(const ThreadPool& pool, std::size_t items) {
   return items < min_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
 }
 
-/// Calls act(part) for each part, by one thread.
+/// Calls act(part) for each part, each on one thread.
 template <class Act>
 void for_each_part(ThreadPool& pool, std::size_t parts, const Act& act) {
   pool.for_each_part(parts, 1, [&](std::size_t begin, std::size_t end) {
@@ -70,7 +70,7 @@ class ContactGraph {
 
   Contact& operator[](std::uint32_t index) { return contacts_[index]; }
   const Contact& operator[](std::uint32_t index) const { return contacts_[index]; }
-  /// Upper end of indices; slots in between may be unused (`Contact::in_use`).
+  /// Upper bound of indices; slots in between may be unused (`Contact::in_use`).
   std::size_t size() const { return contacts_.size(); }
   std::size_t pair_count() const { return contacts_.size() - free_.size(); }
   const PairSet& pairs() const { return pairs_; }
@@ -91,39 +91,39 @@ class ContactGraph {
   bool may_bounce() const { return may_bounce_; }
   /// True once any contact had a rolling resistance.
   bool may_roll() const { return may_roll_; }
-  /// True once any contact was with a surface that moves against its body.
+  /// True once any contact had a moving surface.
   bool any_moving_surface() const { return any_moving_surface_; }
-  /// What moving surfaces add to the sliding velocity of B against A (m/s, world axes), as the step began.
+  /// What moving surfaces add to the sliding velocity of B relative to A (m/s, world axes), as the step began.
   Vec3 surface_slide(std::uint32_t index) const;
-  /// What the materials of two bodies' pieces make of their contact.
+  /// The materials of two bodies' pieces, combined for their contact.
   ContactMaterials mixed_materials(std::uint32_t a, std::uint32_t b, Children children) const;
-  /// Others for a contact that touches, until its materials are mixed again. By one thread.
+  /// Sets a touching contact's materials until they are mixed again. By one thread.
   void give(std::uint32_t index, const ContactMaterials& materials);
-  /// Forgets what contacts no longer have of that.
+  /// Drops slides set by the application of contacts that no longer have one.
   void drop_old_slides();
 
-  /// Appends the contacts made to `added`, where it is given. Pairs that are there already are left out.
+  /// Appends the new contacts to `added`, if given. Known pairs are skipped.
   void add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added = nullptr);
-  /// The same for pairs that are all new and no two of them equal, on all threads.
+  /// The same for pairs that are all new and distinct, on all threads.
   void add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
 
-  // Surfaces and compounds touch others in several parts, each a contact of its own: a ring that begins with the pair's
-  // first one.
+  // A surface or compound may touch another body in several parts, each a contact of its own: a ring that begins with
+  // the pair's first contact.
 
-  /// Adds a contact without a manifold to those of the pair.
+  /// Adds a contact without a manifold to the pair's ring.
   std::uint32_t add_part(std::uint32_t first, Children children);
-  /// The contact after this one in the ring of its pair; itself where it is alone.
+  /// The next contact in the ring of its pair; itself if it is alone.
   std::uint32_t next_part(std::uint32_t index) const { return parts_.empty() ? index : parts_[index].next; }
-  /// What touches in the contact.
+  /// The children that touch in the contact.
   Children children(std::uint32_t index) const {
     return contacts_[index].in_parts ? parts_[index].children : Children{};
   }
-  /// Of a contact that does not touch.
+  /// For a contact that does not touch.
   void set_children(std::uint32_t index, Children children) { parts_[index].children = children; }
-  /// Whether some pair was in parts.
+  /// Whether any pair was ever in parts.
   bool any_parts() const { return !parts_.empty(); }
-  /// Whether most contacts are of pairs in parts.
+  /// Whether most contacts belong to pairs in parts.
   bool is_mostly_parts() const;
   /// The pair's first contact.
   std::uint32_t first_part(std::uint32_t index) const {
@@ -140,16 +140,16 @@ class ContactGraph {
     } while (index != first);
   }
 
-  // Joints, by their slots in the JointTable (graph_joints.cpp). They change between steps alone, and take colours from
+  // Joints, by their slots in the JointTable (graph_joints.cpp). They change only between steps, and take colours from
   // the same masks as contacts.
 
   void add_joint(std::uint32_t slot, const Joint& joint);
-  /// Of a generic joint that has been added, or restored, what its rows read.
+  /// Defines what the rows of an added or restored generic joint read.
   void define_joint(std::uint32_t slot, const GenericJoint& joint);
   void remove_joint(std::uint32_t slot);
   std::size_t joint_slots() const { return joints_.size(); }
   const Joint& joint(std::uint32_t slot) const { return joints_[slot]; }
-  /// Its bodies, kind and colour stay.
+  /// All but its bodies, kind and colour.
   void change_joint(std::uint32_t slot, const Joint& changed) {
     Joint& joint = joints_[slot];
     joint.anchor_a = changed.anchor_a, joint.anchor_b = changed.anchor_b;
@@ -158,7 +158,7 @@ class ContactGraph {
   }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
   const GenericJoint& generic_joint(std::uint32_t slot) const { return generic_joints_[slot]; }
-  /// Changes whenever some axis becomes, or is no longer, locked, limited or driven.
+  /// Changes whenever an axis starts or stops being locked, limited or driven.
   std::uint64_t joint_definitions() const { return joint_definitions_; }
   bool is_driven(std::uint32_t slot) const {
     return joints_[slot].kind == ConstraintKind::generic_joint && generic_joints_[slot].is_driven();
@@ -168,10 +168,10 @@ class ContactGraph {
     joint_impulses_[slot] = {};
     if (slot < generic_impulses_.size()) generic_impulses_[slot] = {};
   }
-  /// Gives the joint a colour, or takes it away, where it is due.
+  /// Gives the joint a colour, or releases it, if due.
   void colour_joint(std::uint32_t slot);
   void uncolour_joint(std::uint32_t slot);
-  /// Ascending slots; empty where there are none.
+  /// Ascending slots; may be empty.
   std::span<const std::uint32_t> joints_of(ConstraintKind kind, std::size_t unit, int colour) const {
     const std::size_t list = joint_list_number(kind, unit, static_cast<std::size_t>(colour));
     return list < joint_lists_.size() ? std::span<const std::uint32_t>(joint_lists_[list])
@@ -185,54 +185,54 @@ class ContactGraph {
   std::size_t joints_of_colour(ConstraintKind kind, int colour) const {
     return joint_counts_[colour][kind_index(kind)];
   }
-  /// Joints with a colour: those of awake bodies.
+  /// Coloured joints: those of awake bodies.
   std::size_t coloured_joints() const {
     std::size_t sum = 0;
     for (int colour = 0; colour <= overflow_colour; ++colour) sum += joints_of_colour(colour);
     return sum;
   }
   bool any_generic_joints() const { return !generic_joints_.empty(); }
-  /// Calls act(joint) for joints with a colour.
+  /// Calls act(joint) for each coloured joint.
   template <class Act>
   void for_each_coloured_joint(const Act& act) const {
     for (const std::vector<std::uint32_t>& list : joint_lists_)
       for (const std::uint32_t slot : list) act(joints_[slot]);
   }
-  /// The two bodies make no contacts, as long as that is not taken back.
+  /// The two bodies make no contacts until `keep_apart_no_more`.
   void keep_apart(std::uint32_t a, std::uint32_t b) {
     if (!pairs_.contains(a, b)) pairs_.insert(a, b);
   }
   void keep_apart_no_more(std::uint32_t a, std::uint32_t b) { pairs_.erase(a, b); }
 
-  // All changes of a step. Any number of threads may do the same for different contacts or parts.
+  // All changes of a step. Threads may call these at once for different contacts or parts.
 
-  /// Makes room for contacts that end touch and contacts that go.
+  /// Makes room for contacts that end touch and contacts that are removed.
   void expect(std::size_t ended, std::size_t gone);
-  /// The i-th of them ends touch: all but its bodies and lists forget about that.
+  /// The i-th of them ends touch; its bodies and lists still have its colour.
   GraphEdge end(std::size_t i, std::uint32_t index);
-  /// The i-th of them goes, and touches no more; its pair is still known.
+  /// The i-th of them is removed and no longer touches; its pair is still known.
   Pair leave(std::size_t i, std::uint32_t index);
-  /// Forgets a part of the pairs.
+  /// Forgets this part of the pairs.
   void forget(std::span<const Pair> pairs, std::size_t part, std::size_t parts);
-  /// Makes `count` manifolds for contacts that begin to touch; the i-th is in slot new_manifold(i), and begin(i,
-  /// index) gives it to the contact.
+  /// Makes `count` manifolds for contacts that begin to touch. The i-th is in slot new_manifold(i); begin(i, index)
+  /// gives it to the contact.
   void make_manifolds(std::size_t count);
   std::uint32_t new_manifold(std::size_t i) const { return new_manifolds_[i]; }
   void begin(std::size_t i, std::uint32_t index) { contacts_[index].manifold = new_manifolds_[i]; }
   ContactManifold& manifold_at(std::uint32_t slot) { return manifolds_[slot]; }
   void mix_materials(Contact& contact, ContactManifold& manifold);
   void mix_materials(Contact& contact);
-  /// Brings a part of the colours' lists up to date with those that ended and those that have their colours.
+  /// Updates this part of the colours' lists by contacts that ended and contacts that have their colours.
   void relist(std::span<const GraphEdge> ended, std::span<const GraphEdge> begun, std::size_t part, std::size_t parts);
 
   void prefetch(std::uint32_t index) const { prefetch_to_write(&contacts_[index]); }
 
   // By one thread.
 
-  /// Gives the contacts colours, or takes them away, in all but their lists. Ended ones that had none are left out.
+  /// Gives the contacts colours, or releases them, everywhere but in lists. Skips ended ones without a colour.
   void colour(std::span<GraphEdge> edges);
   void uncolour(std::span<const GraphEdge> edges);
-  /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
+  /// Gives the touching contact a colour, or releases it. Call each only when due.
   void colour(std::uint32_t index);
   void uncolour(std::uint32_t index);
   GraphEdge edge_of(std::uint32_t index) const;
@@ -246,17 +246,17 @@ class ContactGraph {
     for (std::size_t unit = 0; unit < domains_.units(); ++unit)
       for (const std::uint32_t index : of(unit, colour)) act(index);
   }
-  /// Constraints between two bodies that can be pushed.
+  /// Constraints between two pushable bodies.
   std::size_t between() const { return between_; }
 
   const Domains& domains() const { return domains_; }
-  /// Divides the bodies `slots` anew and lists all contacts by their domains; no bodies, no domains.
+  /// Divides the bodies `slots` into domains and lists all contacts by domain; without bodies there are no domains.
   void divide(std::span<const std::uint32_t> slots, ThreadPool& pool);
   void resize(std::size_t slots) { domains_.resize(slots); }
 
-  /// A body has become an obstacle, or is one no more.
+  /// A body has become an obstacle, or ceased to be one.
   void note_obstacle() { ++colouring_; }
-  /// Changes whenever any colour's list does, and with obstacles.
+  /// Changes with every list of a colour, and with obstacles.
   std::uint64_t colouring() const { return colouring_; }
 
   /// Calls act(index) for each contact of the body, the newest first; `act` may remove that contact.
@@ -273,7 +273,7 @@ class ContactGraph {
       s.any_moving_surface_, s.own_slides_, s.colours_, s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_,
       s.parts_);
   }
-  /// Into an empty graph whose bodies are there.
+  /// Into an empty graph whose bodies exist already.
   void restore(ByteReader& in);
 
  private:
@@ -303,12 +303,12 @@ class ContactGraph {
   BodyTable& bodies_;
   BodyState& state_;
   LargeArray<Contact> contacts_;
-  LargeArray<std::uint32_t> list_positions_;  // of contacts in their colours' lists
+  LargeArray<std::uint32_t> list_positions_;  // index of each contact in its colour's list
   struct PartLink {
     std::uint32_t next = none;  ///< in the ring
     Children children;
   };
-  LargeArray<PartLink> parts_;  // by contact; empty as long as no pair is in parts
+  LargeArray<PartLink> parts_;  // by contact; empty until a pair is in parts
   std::uint64_t contacts_made_ = 0;
   BodyContacts body_contacts_;
   std::vector<std::uint32_t> free_;
@@ -320,18 +320,18 @@ class ContactGraph {
     std::uint32_t contact = none;
     Vec3 slide;
   };
-  std::vector<OwnSlide> own_slides_;  // ascending; those of contacts without `own_slide` are of no use any more
+  std::vector<OwnSlide> own_slides_;  // ascending; entries of contacts without `own_slide` are stale
   PairSet pairs_;
   std::vector<std::uint32_t> new_manifolds_;
-  std::size_t first_ended_ = 0, first_gone_ = 0;  // of those expected, among what is free
+  std::size_t first_ended_ = 0, first_gone_ = 0;  // of those expected, in the free lists
   Domains domains_;
   std::vector<std::vector<std::uint32_t>> colours_;  // by unit and colour
-  std::size_t colours_room_ = 0;                     // contacts, in the room of all these lists
+  std::size_t colours_room_ = 0;                     // total capacity of these lists, in contacts
   std::vector<std::size_t> unit_sizes_ = {0};
   std::size_t sizes_[overflow_colour + 1] = {};
   std::vector<Joint> joints_;                 // by slot
   std::vector<JointImpulse> joint_impulses_;  // by slot
-  std::vector<GenericJoint> generic_joints_;  // by slot, empty as long as there are none; as impulses
+  std::vector<GenericJoint> generic_joints_;  // by slot, empty until there are any; so are their impulses
   std::vector<GenericImpulse> generic_impulses_;
   std::vector<std::vector<std::uint32_t>> joint_lists_;  // by unit, colour and kind
   std::size_t joint_counts_[overflow_colour + 1][joint_kinds] = {};

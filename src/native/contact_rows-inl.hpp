@@ -1,4 +1,4 @@
-// The rows of contacts in vector lanes: the law (dynamics/contact-inl.hpp), and where a block has what it asks for.
+// Contact rows in vector lanes: the law (dynamics/contact-inl.hpp), and how it accesses a block.
 // Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
 
 #if defined(FATHOM_CONTACT_ROWS_INL) == defined(HWY_TARGET_TOGGLE)
@@ -26,14 +26,14 @@ namespace fathom::native::HWY_NAMESPACE {
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// What sweeps read is loaded where they need it, so that bodies can stay in registers.
+/// What sweeps read is loaded where needed, so that bodies can stay in registers.
 template <class D>
 struct ContactRows {
   using V = hn::Vec<D>;
   const Block<D>& block;
 
   HWY_INLINE int end() const { return block.header().max_points; }
-  /// A lane with fewer points than others has masses of zero there.
+  /// Lanes with fewer points have zero masses there.
   HWY_INLINE static constexpr bool has(int) { return true; }
   HWY_INLINE ContactAxesOf<V> axes() const {
     return {block.get3(normal_x), block.get3(tangent_x), block.get3(arm_a_x), block.get3(arm_b_x)};

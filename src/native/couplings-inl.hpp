@@ -21,7 +21,7 @@ namespace fathom::native::HWY_NAMESPACE {
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// Fields of a block of couplings, where a block of generic joints has its own. A row's parts in their order.
+/// Fields of a block of couplings, starting where those of generic joints do. A row's members in their order.
 enum CouplingField : int {
   coupling_start = surface_field_count,
   coupling_written = coupling_start + 8 + 12 + 4 + 2 * coupled_field_count + 1 + 4 + 3,
@@ -30,7 +30,7 @@ enum CouplingField : int {
 };
 static_assert(static_cast<int>(coupling_field_count) <= static_cast<int>(generic_field_count));
 
-/// Visits what sweeps leave of a row, in the order of fields.
+/// Visits the members of a row that sweeps write, in the order of fields.
 template <class Row, class Visit>
 HWY_INLINE void visit_written(Row& row, const Visit& visit) {
   visit(row.impulse);
@@ -38,7 +38,7 @@ HWY_INLINE void visit_written(Row& row, const Visit& visit) {
   visit(row.given_a), visit(row.given_b), visit(row.moment_a), visit(row.moment_b);
   visit(row.force), visit(row.torque);
 }
-/// And what they read alone.
+/// Visits those that sweeps only read.
 template <class Row, class Visit>
 HWY_INLINE void visit_read(Row& row, const Visit& visit) {
   visit(row.frame_a.w), visit(row.frame_a.v), visit(row.frame_b.w), visit(row.frame_b.v);
@@ -121,7 +121,7 @@ HWY_NOINLINE void prepare_couplings(const Block<D>& block, const ConstraintRef* 
   load_joint_inertias(block, view);
 }
 
-/// Of lanes whose bit is not set.
+/// Zeroes the written fields of lanes whose bit is not set.
 template <class D>
 HWY_NOINLINE void forget_couplings(const Block<D>& block, const std::uint8_t* bits) {
   for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {

@@ -15,7 +15,7 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::uint32_t key_bits = 11;  // a coordinate
+constexpr std::uint32_t key_bits = 11;  // per coordinate
 constexpr std::uint32_t key_range = 1u << key_bits;
 
 float contacts_of(const BodyState& state, std::uint32_t slot) {
@@ -45,21 +45,21 @@ Spread spread_of(std::span<const std::uint32_t> slots, const BodyState& state) {
   return spread;
 }
 
-/// The coordinate in `key_range` steps over four deviations to either side.
+/// The coordinate in `key_range` steps over ±4 deviations.
 std::uint32_t quantised(double x, double mean, double deviation) {
   const double step = (x - mean) / (8 * deviation) + 0.5;
   return static_cast<std::uint32_t>(std::clamp(step, 0.0, 1.0) * (key_range - 1));
 }
 
-/// Which of `count` equal parts the share `at` of the whole falls into, `shift` parts on, the last and the first being
-/// one where the shift divides it.
+/// Which of `count` equal parts contains the fraction `at` of the whole, shifted by `shift` parts. Parts wrap around: a
+/// fractional shift makes the last and the first one part.
 std::size_t part(float at, float shift, std::size_t count) {
   const float position = at * static_cast<float>(count) + shift;
   const auto index = static_cast<std::size_t>(position);
   return index >= count ? index - count : index;
 }
 
-/// Both, by two threads if there are two.
+/// Runs both, on two threads if available.
 template <class First, class Second>
 void do_both(ThreadPool& pool, const First& first, const Second& second) {
   pool.for_each_part(2, 1, [&](std::size_t begin, std::size_t end) {
@@ -70,7 +70,7 @@ void do_both(ThreadPool& pool, const First& first, const Second& second) {
 
 }  // namespace
 
-// As square as whole numbers of parts allow.
+// As square as integer part counts allow.
 Domains::Grid Domains::grid(std::size_t count, float aspect) {
   Grid best{count, 1};
   for (Grid g{count, 1}; g.columns >= 1; g = {g.columns / 2, g.rows * 2}) {
@@ -92,7 +92,7 @@ void Domains::clear() { set_counts({}); }
 
 void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Contact> contacts, std::size_t between,
                      const BodyState& state, ThreadPool& pool) {
-  // Few enough that lanes of their colours are well filled, enough for as many threads as such a heap is worth.
+  // Few enough that lanes of their colours are well filled, enough for the threads that such a heap can use.
   std::size_t count = 16;
   while (count < 128 && between > 1600 * count) count *= 2;
 
@@ -125,7 +125,7 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Conta
   std::fill(ids_.begin(), ids_.end(), Ids{});
   const float aspect = static_cast<float>(spread.deviation[first] / spread.deviation[second]);
   // Borders of the second division are midway between those of the first, those of the third midway again; both have
-  // fewer contacts, and so fewer domains.
+  // fewer contacts, hence fewer domains.
   const Grid fine = grid(count, aspect), coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2};
   const Grid middle = count > 16 ? Grid{(fine.columns + 1) / 2, fine.rows} : fine;
   const auto size = [](Grid g) { return static_cast<std::uint32_t>(g.columns * g.rows); };
@@ -139,7 +139,7 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Conta
       pool, [&] { divide(1, middle, fine, 0.5f, orders); }, [&] { divide(2, coarse, fine, 0.25f, orders); });
 }
 
-// Borders lie `offset` cells of the finest grid before that grid's.
+// Borders lie `offset` cells of the finest grid before those of that grid.
 void Domains::divide(std::size_t division, Grid grid, Grid finest, float offset, const Orders& orders) {
   const auto shift = [offset](std::size_t parts, std::size_t of_finest) {
     return offset * static_cast<float>(parts) / static_cast<float>(of_finest);
@@ -164,7 +164,7 @@ void Domains::divide(std::size_t division, Grid grid, Grid finest, float offset,
   }
 }
 
-// Domains at the rim of a heap lose fewer of their bodies' contacts to borders, and get fewer bodies for it.
+// Domains at the rim of a heap lose fewer of their bodies' contacts to borders, so they get fewer bodies.
 void Domains::balance_first(std::span<const Contact> contacts, const Orders& orders, const BodyState& state,
                             ThreadPool& pool) {
   std::vector<float> weight(counts_[0], 0.0f), work(counts_[0], 0.0f);
