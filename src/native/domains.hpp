@@ -1,13 +1,12 @@
-// Bodies in large heaps, divided into domains that threads can work on without waiting for each other.
+// Large heaps of bodies, divided into domains that threads can work on without waiting for each other.
 //
-// Three divisions of the same bodies are kept, with their borders at different positions. A contact is solved in the
-// first division that has both of its bodies in one domain; domains of one division share no body, so all of them are
-// solved at once, and a sweep is three loops, whatever the number of colours. Contacts that every division cuts (few,
-// where two borders cross) are left to one thread. Bodies that cannot be pushed belong to none: contacts with them are
-// their other body's.
+// Three divisions of the same bodies are kept, with borders at different positions. A contact is solved in the first
+// division that has both of its bodies in one domain. Domains of one division share no body, so all are solved at once,
+// and a sweep is three loops, whatever the number of colours. Contacts cut by every division (few, where two borders
+// cross) are left to one thread. Unpushable bodies belong to no domain: contacts with them belong to the other body's.
 //
-// Unlike colours' blocks, domains decide in which order contacts are solved. So they are a function of bodies and
-// contacts, never of threads, and part of a snapshot.
+// Unlike colours' blocks, domains affect the order in which contacts are solved. They are therefore a function of
+// bodies and contacts, never of threads, and part of a snapshot.
 #pragma once
 
 #include <array>
@@ -28,7 +27,7 @@ namespace native {
 
 struct BodyState;
 
-/// Where contacts are solved together: a domain of one of the divisions, or, last, all that is cut by every division.
+/// Units in which contacts are solved: the domains of each division and, last, the contacts cut by every division.
 /// Without domains there is one unit.
 class Domains {
  public:
@@ -37,7 +36,7 @@ class Domains {
   bool in_use() const { return counts_[0] > 0; }
   std::size_t count(std::size_t division) const { return counts_[division]; }
   std::size_t first_unit(std::size_t division) const { return first_units_[division]; }
-  /// The unit of what all divisions cut.
+  /// The unit of contacts cut by all divisions.
   std::size_t remainder() const { return first_units_[divisions]; }
   std::size_t units() const { return remainder() + 1; }
 
@@ -53,8 +52,8 @@ class Domains {
   }
   std::size_t home(std::uint32_t slot) const { return ids_[slot][0]; }
 
-  /// Divides the bodies `slots` anew, given all contacts and their colours; `between` of them are between two bodies
-  /// that can be pushed.
+  /// Divides the bodies `slots` again, given all contacts and their colours; `between` of them connect two pushable
+  /// bodies.
   void divide(std::span<const std::uint32_t> slots, std::span<const Contact> contacts, std::size_t between,
               const BodyState& state, ThreadPool& pool);
   void clear();
@@ -79,7 +78,7 @@ class Domains {
     std::size_t columns = 1, rows = 1;
   };
 
-  /// Slots in the order of a first coordinate and of a second.
+  /// Slots sorted by a first coordinate and by a second.
   struct Orders {
     std::vector<Entry> by_first, by_second;
   };

@@ -1,4 +1,4 @@
-// What the application changes between steps, and what wakes by it.
+// Changes made by the application between steps, and what they wake.
 #include <algorithm>
 #include <vector>
 
@@ -83,7 +83,7 @@ void NativeSimulator::filter_changed(std::uint32_t slot) {
   wake(slot);
   wake_neighbours(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
-  state_.flags[slot] |= box_changed;  // so that it looks for pairs again
+  state_.flags[slot] |= box_changed;  // makes it look for pairs again
 }
 
 void NativeSimulator::wake(std::uint32_t slot) {
@@ -98,7 +98,7 @@ void NativeSimulator::wake(std::uint32_t slot) {
   active_.outdate();
 }
 
-// What happens to others does not free a quarantined body.
+// Edits of other bodies do not free a quarantined one.
 void NativeSimulator::wake_island(std::uint32_t slot) {
   state_.slow_time[slot] = 0;
   if (!is_asleep(slot)) return;
@@ -115,7 +115,7 @@ void NativeSimulator::wake_neighbours(std::uint32_t slot) {
   });
 }
 
-// Nobody else looks at a pair of which neither body is awake.
+// No other stage looks at pairs of which neither body is awake.
 void NativeSimulator::wake_below_fixed() {
   if (!changed_.any_at_rest() || !islands_.any_asleep()) return;
   for (const std::uint32_t slot : changed_.slots()) {

@@ -51,7 +51,7 @@ void FixedTree::refresh(const BodyBounds* bounds, ThreadPool& pool) {
     sorts_late_ = true;
   }
   if (sorts_late_) late_.build(late_slots_, bounds, pool);
-  sorts_all_ = sorts_late_ = false;  // last: memory may run out before
+  sorts_all_ = sorts_late_ = false;  // last: an allocation above may fail
 }
 
 void FixedTree::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {

@@ -1,7 +1,7 @@
-// The tree of bodies that do not move, which may be millions while some come and go.
+// The tree of fixed bodies, which may be millions while some come and go.
 //
-// What comes, and what is moved by hand, has a small tree of its own until that is worth sorting all of them anew;
-// leaves of what has gone stay and do not count.
+// Added and edited bodies go into a small tree of their own until there are enough to sort all again; leaves of removed
+// bodies stay and do not count.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +14,18 @@ namespace fathom::native {
 
 class FixedTree {
  public:
-  /// All of them, ascending.
+  /// All fixed bodies, ascending.
   void set_all(std::vector<std::uint32_t> slots);
   std::size_t size() const { return slots_.size(); }
   bool contains(std::uint32_t slot) const;
   void add(std::uint32_t slot);
   void remove(std::uint32_t slot);
-  /// Its box is new.
+  /// The body's box is new.
   void note_moved(std::uint32_t slot);
 
-  /// Takes what was noted into the trees.
+  /// Brings the trees up to date.
   void refresh(const BodyBounds* bounds, ThreadPool& pool);
-  /// Appends those whose boxes overlap `box`; their order depends on what came, went and moved, and when.
+  /// Appends the bodies whose boxes overlap `box`; their order depends on the history of additions, removals and moves.
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const;
 
   /// As `Bvh::visit`.
@@ -36,14 +36,14 @@ class FixedTree {
   std::size_t memory_bytes() const;
 
  private:
-  /// The small tree is built for every body that comes, all of them once for so many that have.
+  /// The small tree is rebuilt for each body added, the whole once per this many.
   std::size_t max_late() const;
   void note_late(std::uint32_t slot);
 
   // All ascending.
   std::vector<std::uint32_t> slots_;
   std::vector<std::uint32_t> late_slots_;  // in `late_`
-  std::vector<std::uint32_t> stale_;       // whose leaves in `tree_` do not count
+  std::vector<std::uint32_t> stale_;       // slots whose leaves in `tree_` do not count
   Bvh tree_, late_;
   bool sorts_all_ = true, sorts_late_ = true;  // in the next `refresh`
 };

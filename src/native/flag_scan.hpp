@@ -1,4 +1,4 @@
-// Which bodies have a flag, in worlds where mostly none of a million has.
+// Finds the bodies with a flag, in worlds where usually none of a million has it.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 
 namespace fathom::native {
 
-/// Calls act(slot, eight) for each eight bodies, from `slot` on, of which some has a flag of `mask`; `eight` has these
-/// flags alone, a byte for each body, the first in the lowest. There may be fewer in the last eight. A cache line of
-/// flags is one branch.
+/// Calls act(slot, eight) for each eight bodies, from `slot` on, of which any has a flag of `mask`. `eight` contains
+/// only these flags, a byte per body, the first lowest. The last eight may be fewer. A cache line of flags takes one
+/// branch.
 template <class Act>
 void for_each_eight_with(std::uint8_t mask, std::span<const std::uint8_t> flags, const Act& act) {
   const std::uint64_t wanted = mask * std::uint64_t{0x0101010101010101};

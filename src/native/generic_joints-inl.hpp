@@ -19,12 +19,12 @@ namespace fathom::native::HWY_NAMESPACE {
 #define FATHOM_LANE_LAMBDA HWY_ATTR
 #include "dynamics/angle-inl.hpp"
 #include "dynamics/generic_rows-inl.hpp"
-// What it builds on stands before.
+// Its dependencies are included above.
 #include "dynamics/generic_joint-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// Fields of a block of generic joints, behind all that contacts have, so that inertia tensors are where they are.
+/// Fields of a block of generic joints, after those of contacts, so that inertia tensors are at the same offsets.
 enum GenericField : int {
   generic_frame_a = surface_field_count,  // w first
   generic_frame_b = generic_frame_a + 4,
@@ -47,10 +47,10 @@ enum GenericField : int {
   generic_moment_b = generic_moment_a + 3,
   generic_force = generic_moment_b + 3,
   generic_torque = generic_force + 3,
-  generic_pulled = generic_torque + 3,  // where the header says that some lane moves
+  generic_pulled = generic_torque + 3,  // if the header says that some lane moves
   generic_pulled_a = generic_pulled + 3,
   generic_pulled_b = generic_pulled_a + 3,
-  generic_bounce = generic_pulled_b + 3,  // where it says that some lane reacts
+  generic_bounce = generic_pulled_b + 3,  // if the header says that some lane reacts
   generic_rate = generic_bounce + axis_count,
   generic_field_count = generic_rate + axis_count
 };
@@ -89,7 +89,7 @@ HWY_INLINE void load_generic_joint(const Block<D>& block, GenericJointRow<V>& ro
     row.bounce[i] = block.get(generic_bounce + i), row.rate[i] = block.get(generic_rate + i);
 }
 
-/// What sweeps leave of it.
+/// Stores what sweeps change.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void store_generic_joint(const Block<D>& block, const GenericJointRow<V>& row) {
   for (int i = 0; i < axis_count; ++i)
@@ -106,7 +106,7 @@ HWY_INLINE void store_generic_joint(const Block<D>& block, const GenericJointRow
     block.set(generic_bounce + i, row.bounce[i]), block.set(generic_rate + i, row.rate[i]);
 }
 
-/// Writes one lane's fields, one after the other.
+/// Writes one lane's fields in sequence.
 template <class D>
 struct LaneWriter {
   const Block<D>& block;
@@ -138,7 +138,7 @@ HWY_NOINLINE void write_generic_lane(const Block<D>& block, std::size_t lane, co
   for (const float rate : row.rate) write(rate);
 }
 
-/// All but those whose mechanism is solved directly.
+/// Joints of mechanisms that are solved directly are left out.
 template <class D>
 HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const ConstraintRef* refs,
                                          const Constrained& constrained, const BodiesView& view) {
@@ -174,7 +174,7 @@ HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const Constraint
   load_joint_inertias(block, view);
 }
 
-/// Of lanes whose bit is not set.
+/// Zeroes the impulses of lanes whose bit is not set.
 template <class D>
 HWY_NOINLINE void forget_generic_impulses(const Block<D>& block, const std::uint8_t* bits) {
   for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {

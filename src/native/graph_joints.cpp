@@ -1,5 +1,5 @@
-// The joints of the graph. They are coloured one by one, because an application makes and removes few of them a step,
-// and listed in the order of their slots, because their order in a colour must not depend on who fell asleep when.
+// Joints of the graph. They are coloured one by one, because an application makes and removes few per step, and listed
+// in slot order, because their order within a colour must not depend on when bodies fell asleep.
 #include <algorithm>
 
 #include "native/contact_graph.hpp"

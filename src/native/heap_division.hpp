@@ -1,4 +1,4 @@
-// When a large heap is divided into domains, and when they are drawn again.
+// Decides when a large heap is divided into domains, and when the domains are redrawn.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,10 @@
 
 namespace fathom::native {
 
-/// Domains are drawn again when bodies have moved so much that a sweep has become a quarter longer, or there are twice
-/// or half as many contacts.
+/// Domains are redrawn when motion has made a sweep a quarter longer, or the number of contacts has doubled or halved.
 class HeapDivision {
  public:
-  /// Of `active` bodies the solver moves `in_contact`.
+  /// The solver moves `in_contact` of the `active` bodies.
   void update(ContactGraph& graph, std::span<const std::uint32_t> active, std::size_t in_contact,
               const BodyState& state, ThreadPool& pool);
 

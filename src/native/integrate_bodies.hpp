@@ -1,4 +1,4 @@
-// What a substep does to one body in contact. Included by the solver alone.
+// One body in contact through a substep. Included by the solver alone.
 #pragma once
 
 #define HWY_DISABLE_PCLMUL_AES
@@ -24,12 +24,12 @@ struct LanesOf<native::Vec3Q> {
 
 namespace native {
 
-// Quads as vectors: linear and angular parts go through the same operations, and the fourth elements stay zero.
+// Quads as vectors: linear and angular parts share the same operations, and the fourth elements stay zero.
 namespace hn = hwy::HWY_NAMESPACE;
 using QuadTag = hn::CappedTag<float, 4>;
 using Quad = hn::Vec<QuadTag>;
 
-/// One body's vector, as the laws of dynamics/integrate-inl.hpp ask for it.
+/// A body's vector, as the laws of dynamics/integrate-inl.hpp use it.
 struct Vec3Q {
   Quad quad;
 };
@@ -41,20 +41,20 @@ HWY_INLINE bool is_zero(Vec3Q a) { return hn::AllTrue(QuadTag(), hn::Eq(a.quad, 
 
 /// `v`, whose fourth element is zero.
 HWY_INLINE Vec3Q load(const Vec3& v) { return {hn::Load(QuadTag(), &v.x)}; }
-/// `v`, whatever its fourth element is.
+/// `v`, ignoring its fourth element.
 HWY_INLINE Vec3Q load_three(const Vec3& v) {
   return {hn::IfThenElseZero(hn::FirstN(QuadTag(), 3), hn::Load(QuadTag(), &v.x))};
 }
 HWY_INLINE void put(Vec3& to, Vec3Q value) { hn::Store(value.quad, QuadTag(), &to.x); }
 
-/// NaN in some element where a body's velocity is not finite, else zeros. It never becomes so again, and while it is,
-/// what the body has moved is finite too.
+/// NaN in some element if the body's velocity is not finite, else zeros. Once not finite, a velocity stays so;
+/// while it is finite, so is the body's movement.
 HWY_INLINE Quad not_finite(const SolverBody& body) {
   const Quad sum = (load(body.linear) + load(body.angular)).quad;
   return hn::Sub(sum, sum);
 }
 
-/// Plain pointers, so that loops need not look for the arrays again after every body.
+/// Plain pointers, so that loops need not reload the arrays after every body.
 struct BodyIntegration {
   const BodyTable& table;
   SolverBody* bodies;
@@ -67,7 +67,7 @@ struct BodyIntegration {
   const std::uint8_t* any_swings;  ///< by slot; null where there are no joints
   const std::uint8_t* flags;       ///< by slot
 
-  /// W brought up to date, which bounce sweeps are not to be part of.
+  /// Updates W before bounce sweeps, which it must not include.
   HWY_INLINE void carry(std::uint32_t slot) const {
     const SolverBody& body = bodies[slot];
     WarmStart& w = warm[slot];
@@ -80,12 +80,12 @@ struct BodyIntegration {
     if (body.inverse_mass == 0) return;
     const BodyMotion& m = motion[slot];
     WarmStart& w = warm[slot];
-    // The reference leaves the warm start out in the first substep, where a sweep applies it.
+    // The reference excludes the warm start of the first substep, which a sweep applies.
     integrate(body.linear, m.acceleration, m.linear_damping, w.linear, w.linear_reference, carry);
     integrate(body.angular, m.angular_acceleration, m.angular_damping, w.angular, w.angular_reference, carry);
   }
 
-  /// On by a substep, but for the turn of bodies with several principal moments: true of those.
+  /// Moves the body by a substep, except the rotation of anisotropic bodies; returns true for those.
   HWY_INLINE bool move(std::uint32_t slot) const {
     SolverBody& body = bodies[slot];
     const bool is_cut = HWY_UNLIKELY(may_be_too_fast(body)) && slow_down_apart(body, warm[slot], limits);
@@ -114,7 +114,7 @@ struct BodyIntegration {
     put(reference, next);
   }
 
-  /// Of a substep (m/s): that of a flight where no contact has acted (`has_flown`), or where the body swings.
+  /// Mean velocity of a substep (m/s): that of free flight if no contact has acted (`has_flown`) or the body swings.
   HWY_INLINE Vec3Q mean(std::uint32_t slot) const {
     const WarmStart& w = warm[slot];
     const Vec3Q v = load(bodies[slot].linear);
@@ -123,12 +123,12 @@ struct BodyIntegration {
     return mean_velocity(v, load_three(motion[slot].acceleration), h);
   }
 
-  /// Rare, and a function of its own without `this`, so that loops keep what they know of BodyIntegration in registers.
+  /// Rare, and a static function of its own, so that loops keep BodyIntegration's members in registers.
   HWY_NOINLINE static bool slow_down_apart(SolverBody& body, WarmStart& warm, SpeedLimits limits) {
     return slow_down(body.linear, body.angular, warm, limits);
   }
 
-  /// Cheaper than the velocities' lengths: true for all that are beyond a limit, and some that are near.
+  /// Cheaper than the lengths of the velocities: true above either limit, and for some bodies near one.
   HWY_INLINE bool may_be_too_fast(const SolverBody& body) const {
     const QuadTag d;
     const float least = limits.linear < limits.angular ? limits.linear : limits.angular;
@@ -137,7 +137,7 @@ struct BodyIntegration {
   }
 };
 
-/// Positions of bodies one after the other. Those that are to spin wait for others to do so beside them.
+/// Integrates positions body by body. Bodies that need `spin` are collected, to spin side by side.
 class PositionIntegration {
  public:
   explicit PositionIntegration(const BodyIntegration& of) : of_(of) {}
@@ -147,7 +147,7 @@ class PositionIntegration {
     waiting_[count_++] = slot;
     if (count_ == spin_lanes) end();
   }
-  /// Behind the last one.
+  /// To be called after the last body.
   void end() const {
     of_.spin({waiting_.data(), count_});
     count_ = 0;

@@ -30,7 +30,7 @@ void Islands::find_islands(std::span<const std::uint32_t> active) {
 
 void Islands::connect(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a) {
   if (fixed_a) {
-    // A body that something moving pushes stays awake.
+    // A body pushed by a moving one stays awake.
     if (is_moving(state_.velocities[body_a])) state_.slow_time[body_b] = 0;
     return;
   }
@@ -42,7 +42,7 @@ void Islands::connect(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a) 
     parent_[a] = b;
 }
 
-/// What goes with a moving surface stays awake, however slowly; who drives on it, too.
+/// Bodies carried along by a moving surface stay awake, however slow; so do bodies driven along on one.
 void Islands::look_at_surface(std::uint32_t index) {
   const Contact& c = graph_[index];
   const Vec3 velocity = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
@@ -77,7 +77,7 @@ bool Islands::put_to_sleep(std::span<const std::uint32_t> active) {
       sleep(members);
       any = true;
     } else {
-      for (const std::uint32_t slot : members) state_.slow_time[slot] = 0;  // to be asked again after that time
+      for (const std::uint32_t slot : members) state_.slow_time[slot] = 0;  // tested again after that time
     }
   }
   return any;
@@ -105,7 +105,7 @@ bool Islands::is_at_rest(std::span<const std::uint32_t> members) {
   return is_supported || is_still;
 }
 
-/// And so has to be carried itself.
+/// Such a body needs support itself.
 bool Islands::can_be_pushed(std::uint32_t slot) const {
   return bodies_[slot].motion == MotionType::dynamic && state_.flags[slot] & awake;
 }

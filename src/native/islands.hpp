@@ -17,14 +17,14 @@ class Islands {
   Islands(const WorldDef& def, BodyTable& bodies, const JointTable& joints, BodyState& state, ContactGraph& graph)
       : def_(def), bodies_(bodies), joints_(joints), state_(state), graph_(graph) {}
 
-  /// Puts every island to sleep whose bodies have all been slow for long enough, and rest on something or do not move
-  /// at all; returns true where any did.
+  /// Puts to sleep every island whose bodies have all been slow for long enough and are supported or do not move at
+  /// all; returns true if any fell asleep.
   bool put_to_sleep(std::span<const std::uint32_t> active);
   /// Wakes the island of a sleeping body and gives its contacts back their colours.
   void wake(std::uint32_t slot);
   void forget(std::uint32_t slot);
   bool any_asleep() const { return free_.size() < sleeping_.size(); }
-  /// Calls act(slot) for a member of each sleeping island that has one for which is_one(slot).
+  /// Calls act(slot) for the first member with is_one(slot) of each sleeping island that has one.
   template <class IsOne, class Act>
   void for_each_with(const IsOne& is_one, const Act& act) const {
     for (const std::vector<std::uint32_t>& members : sleeping_) {
@@ -55,7 +55,7 @@ class Islands {
   BodyState& state_;
   ContactGraph& graph_;
   std::vector<std::uint32_t> parent_;       // by slot; the lowest slot of an island is its root
-  std::vector<float> slow_time_;            // by root: the least of its bodies'
+  std::vector<float> slow_time_;            // by root: the smallest of its bodies'
   std::vector<std::uint32_t> sleeping_in_;  // by slot: index into sleeping_, or none
   std::vector<std::vector<std::uint32_t>> sleeping_;
   std::vector<std::uint32_t> free_;

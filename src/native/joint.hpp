@@ -1,4 +1,4 @@
-// A joint as the native simulator has it, beside what the JointTable knows.
+// The native simulator's data of a joint, besides the JointTable's.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ struct Joint {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
   Vec3 anchor_a, anchor_b;           ///< m, body axes
   Softness softness;
-  float max_impulse = 0;  ///< N·s a substep, of a spring; 0 of a rigid joint
-  float max_start = 0;    ///< N·s, that sweeps begin a step with
+  float max_impulse = 0;  ///< N·s per substep, of a spring; 0 for a rigid joint
+  float max_start = 0;    ///< N·s, limit of the impulses with which sweeps begin a step
   std::uint8_t colour = no_colour;
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;
-  bool rigid = false;  ///< as stiff as can be
+  bool rigid = false;  ///< as stiff as possible
   ConstraintKind kind = ConstraintKind::ball_joint;
   std::uint8_t unused[3] = {};
 };

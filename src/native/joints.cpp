@@ -1,4 +1,4 @@
-// What the native simulator does when the application adds, removes or changes a joint.
+// How the native simulator handles joints that the application adds, removes or changes.
 #include <algorithm>
 
 #include "dynamics/generic_joint.hpp"
@@ -11,7 +11,7 @@ static ConstraintKind kind_of(JointType type) {
   return type == JointType::coupling ? ConstraintKind::coupling : ConstraintKind::generic_joint;
 }
 
-/// Without a colour.
+/// The joint, still without a colour.
 static Joint joint_of(const JointInfo& info, float h) {
   const JointDef& def = info.def;
   return {info.a,
@@ -59,7 +59,7 @@ void NativeSimulator::joint_added(std::uint32_t slot) {
   keep_apart(info.a, info.b);
 }
 
-/// `b`, which has the fewer contacts, is dynamic, or neither is.
+/// `b`, which has fewer contacts, is dynamic, unless neither is.
 void NativeSimulator::keep_apart(std::uint32_t a, std::uint32_t b) {
   graph_.for_each_of(b, [&](std::uint32_t index) {
     const Contact& c = graph_[index];
@@ -70,7 +70,7 @@ void NativeSimulator::keep_apart(std::uint32_t a, std::uint32_t b) {
 
 void NativeSimulator::keep_apart_no_more(std::uint32_t a, std::uint32_t b) {
   graph_.keep_apart_no_more(a, b);
-  state_.flags[b] |= box_changed;  // it is to be found again
+  state_.flags[b] |= box_changed;  // makes it find the pair again
 }
 
 void NativeSimulator::pair_excluded(std::uint32_t a, std::uint32_t b) {

@@ -1,4 +1,4 @@
-// The bodies of a block's lanes: loaded, pushed and stored.
+// The bodies of a block's lanes: loading, applying impulses, storing.
 // Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
 
 #if defined(FATHOM_LANE_BODIES_INL) == defined(HWY_TARGET_TOGGLE)
@@ -22,8 +22,8 @@ namespace fathom::native::HWY_NAMESPACE {
 #include "dynamics/inverse_inertia-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 
-/// Bodies of a block's lanes. Index `none` addresses the entry before the array's first, which is all zeros
-/// and never written.
+/// Bodies of a block's lanes. Index `none` addresses the all-zero entry before the array's first, which is never
+/// written.
 template <class D>
 struct LaneBodies {
   using V = hn::Vec<D>;
@@ -67,7 +67,7 @@ struct LaneBodies {
   }
 };
 
-/// The two bodies of a block with what their kind allows to skip decided at compile time.
+/// The two bodies of a block; what their kind allows to skip is decided at compile time.
 template <class D, bool fixed_a, bool isotropic>
 struct Bodies {
   using V = hn::Vec<D>;
@@ -110,8 +110,8 @@ struct Bodies {
   }
 };
 
-/// The two bodies of a block of any kind, for constraints that cost far more than what `Bodies` may skip: one function
-/// in place of four. Such blocks always hold their bodies' inertias.
+/// The two bodies of a block of any kind, for constraints that cost far more than `Bodies` could save: one function
+/// instead of four. Such blocks always contain their bodies' inertias.
 template <class D>
 struct AnyBodies : Bodies<D, false, false> {
   bool fixed_a;
@@ -126,9 +126,9 @@ struct AnyBodies : Bodies<D, false, false> {
   }
 };
 
-/// Stores the bodies' velocities. A constraint one of whose bodies is not finite, or that would make one so, leaves
-/// both as they were and forgets its impulses, so that none carries it from body to body: of lanes whose `sums` are not
-/// finite, forget(bits) gets a bit for each of the others.
+/// Stores the bodies' velocities. A constraint with a body that is not finite, or that would make one so, leaves both
+/// unchanged and drops its impulses, so that NaN does not spread between bodies: if some lanes' `sums` are not finite,
+/// forget(bits) gets a bit for each of the other lanes.
 template <class D, class B, class Forget>
 HWY_INLINE void store_bodies(const Block<D>& block, B& bodies, hn::Vec<D> sums, const Forget& forget) {
   HWY_ALIGN float nowhere[8];
@@ -146,7 +146,7 @@ HWY_INLINE void store_bodies(const Block<D>& block, B& bodies, hn::Vec<D> sums, 
   bodies.store(block.header().lanes);
 }
 
-/// Calls `act` with what the block's bodies allow as compile-time constants.
+/// Calls `act` with the block's properties as compile-time constants.
 template <class D, class Act>
 HWY_INLINE void by_bodies(const Block<D>& block, const Act& act) {
   const BlockHeader& h = block.header();

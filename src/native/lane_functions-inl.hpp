@@ -1,4 +1,4 @@
-// What laws over a lane type L ask of L, for vectors of lanes; one lane has the same in dynamics/lane_scalar.hpp.
+// What laws over a lane type L require of L, for vectors of lanes; dynamics/lane_scalar.hpp has the same for one lane.
 // Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
 
 #if defined(FATHOM_LANE_FUNCTIONS_INL) == defined(HWY_TARGET_TOGGLE)
@@ -66,7 +66,7 @@ template <class V>
 HWY_INLINE V magnitude(V a) {
   return hn::Abs(a);
 }
-/// `a`, not negative, less its fraction.
+/// Integer part of `a`, which is not negative.
 template <class V>
 HWY_INLINE V whole(V a) {
   return hn::Floor(a);

@@ -1,4 +1,4 @@
-// Vectors of three vectors, and the 4×4 transposes between quads in memory and components in lanes.
+// Three-component vectors of lanes, and the 4×4 transposes between quads in memory and components in lanes.
 // Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
 
 #if defined(FATHOM_LANES_INL) == defined(HWY_TARGET_TOGGLE)
@@ -83,7 +83,7 @@ HWY_INLINE Mat3V<V> to_matrix(D d, V w, V x, V y, V z) {
           {hn::MulAdd(x, z2, wy), hn::MulSub(y, z2, wx), hn::Sub(one, hn::Add(xx, yy))}};
 }
 
-/// A rotation, as fathom::Quat.
+/// A rotation, like fathom::Quat.
 template <class V>
 struct QuatV {
   V w, x, y, z;
@@ -112,7 +112,7 @@ struct QuadV {
   HWY_INLINE Vec3V<V> xyz() const { return {x, y, z}; }
 };
 
-/// The k-th row of the transposes: in its j-th 128-bit block the quad of lane 4·j + k.
+/// Row k of the transposes: its j-th 128-bit block is the quad of lane 4·j + k.
 template <class D>
 HWY_INLINE hn::Vec<D> load_row(D d, const float* const* lanes, std::size_t k) {
   if constexpr (hn::MaxLanes(D()) == 4) {
@@ -174,7 +174,7 @@ HWY_INLINE void store_quads(D d, QuadV<hn::Vec<D>> q, float* const* lanes, std::
   }
 }
 
-/// Objects of neighbouring lanes, by their numbers; lanes beyond the last repeat the first.
+/// Objects of neighbouring lanes, by index; lanes beyond the last repeat the first.
 template <class D>
 struct LaneItems {
   static constexpr std::size_t width = hn::MaxLanes(D());

@@ -12,7 +12,7 @@
 
 namespace fathom::wide {
 
-/// Of which only where they are is asked.
+/// Bodies of which only the position is used.
 struct PlacedBodies {
   static constexpr bool all_isotropic = true;
   static constexpr bool only_pushes_b = false;
@@ -29,16 +29,16 @@ struct PlacedBodies {
 
 #define FATHOM_LANE_FUNCTION inline
 #include "dynamics/joint_tree-inl.hpp"
-// What it builds on stands before.
+// Its dependencies are included above.
 #include "dynamics/joint_elimination-inl.hpp"
-// What it builds on stands before.
+// Its dependencies are included above.
 #include "dynamics/joint_link-inl.hpp"
 
 using JointLink = LinkJoint;
 
-// What it builds on stands before.
+// Its dependencies are included above.
 #include "dynamics/link_state-inl.hpp"
-// What it builds on stands before.
+// Its dependencies are included above.
 #include "dynamics/link_solver-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 
@@ -51,9 +51,9 @@ namespace {
 using wide::Mask;
 using wide::Real;
 
-// --- lanes and what they are taken from --------------------------------------------------------------------------
+// --- lanes and their sources -------------------------------------------------------------------------------------
 
-/// Words of `One`, each of which has eight lanes in `Many`.
+/// Copies words of `One`, each of which has eight lanes in `Many`.
 template <class Many, class One>
 struct LanesOf {
   static_assert(std::is_trivially_copyable_v<One> && std::is_trivially_copyable_v<Many>);
@@ -90,7 +90,7 @@ struct LanesOf {
   }
 
  private:
-  // By bytes, because words are floats and integers.
+  // By bytes, because words are floats or integers.
   template <class T>
   static unsigned char* word(T& of, std::size_t w) {
     return reinterpret_cast<unsigned char*>(&of) + 4 * w;
@@ -103,11 +103,11 @@ struct LanesOf {
 using States = LanesOf<wide::LinkState, LinkState>;
 using Joints = LanesOf<wide::JointLink, JointLink>;
 
-/// What a batch keeps.
+/// A batch's memory.
 struct BatchMemory {
   wide::LinkState* states;
   wide::JointLink* generic;
-  wide::LinkLimits* limits;  // of generic joints, as a solution began
+  wide::LinkLimits* limits;  // of generic joints, as of the start of a solution
   EightInts* slots;          // of links' bodies
 
   BatchMemory(void* memory, std::uint32_t links, std::uint32_t joints)
@@ -129,7 +129,7 @@ std::uint32_t first_generic(const Mechanism& m, const MechanismLink* links) {
 
 // --- links in lanes ----------------------------------------------------------------------------------------------
 
-/// As MechanismSolver's, of links by the numbers that they have in the first lane's mechanism.
+/// Like MechanismSolver's access, with links numbered as in the first lane's mechanism.
 struct LaneAccess {
   struct Body {
     wide::Vec3 linear, angular, moved, turned;
@@ -185,7 +185,7 @@ struct LaneAccess {
   }
   Real push_out_velocity() const { return eight(push_out); }
   Limits limits(Real) const { return {eight(speed_limits.linear), eight(speed_limits.angular)}; }
-  // None of them asks.
+  // No joint in lanes needs it.
   void look_at_masses(std::uint32_t, const MechanismLink&, wide::JointLink&, Real) const {}
 
  private:
@@ -194,7 +194,7 @@ struct LaneAccess {
   }
 };
 
-/// What most substeps do, of all lanes at once.
+/// The common work of a substep, for all lanes at once.
 struct LaneSolver : wide::LinkSolver<LaneAccess> {
   const Mechanism& m;
   Real h;
@@ -243,7 +243,7 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     substitute(wide::all_set);
     look_all_ahead();
   }
-  /// In the lanes that `go` on, each as long as another round helps. Returns those with another one.
+  /// Further rounds in the lanes of `go`, in each as long as one helps. Returns the lanes that had one.
   Mask take_more_rounds(Mask go) const {
     Mask went = Mask{};
     for (int round = 1; round < newton_rounds; ++round) {
@@ -256,8 +256,8 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     }
     return went;
   }
-  /// As MechanismSolver's, looking ahead. Of lanes `done_here`; returns those in which the substep follows all swings.
-  /// Lanes that need no other limits wait for those that do, and come out as they were: they are solved again, too.
+  /// Like MechanismSolver's, looking ahead. Of the lanes `done_here`, returns those in which the substep can follow all
+  /// swings. Lanes that need no other limits wait for those that do: they are solved again with the same result.
   Mask solve_with_limits(Mask done_here) const {
     Mask waits = Mask{};
     for (int revision = 0;; ++revision) {
@@ -279,7 +279,7 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
 
 }  // namespace
 
-/// One batch at work.
+/// A batch being solved.
 struct MechanismLanes::Work {
   const Mechanism& first;
   std::uint32_t links, generic, first_generic;
@@ -315,7 +315,7 @@ void MechanismLanes::begin_step() const {
     }
     States::gather(from, work.memory.states[i]);
     [[maybe_unused]] const LaneBits isotropic = bits(work.memory.states[i].is_isotropic);
-    FATHOM_ASSERT(isotropic == 0 || isotropic == 0xff);  // what lanes have to have alike
+    FATHOM_ASSERT(isotropic == 0 || isotropic == 0xff);  // must be the same in all lanes
   }
   std::array<std::uint32_t, 8> first;
   for (std::uint32_t lane = 0; lane < 8; ++lane) first[lane] = first_generic(of_lane(lane), world_.links);

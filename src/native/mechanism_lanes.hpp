@@ -1,9 +1,9 @@
-// Mechanisms of the same shape side by side in lanes, up to eight: the native simulator's way to solve many alike.
+// Solves up to eight mechanisms of the same shape side by side in lanes.
 //
-// A batch has the states of its mechanisms (dynamics/link_state-inl.hpp) with eight lanes in place of each number, from
-// when a step begins until it ends. What most substeps do is done in lanes; a mechanism that needs anything else
-// (`MechanismSolver::start_anew`, swings that a substep does not follow) is taken out of its lane and solved alone, and
-// comes back. Either way it gets the same bits.
+// A batch stores the states of its mechanisms (dynamics/link_state-inl.hpp) with eight lanes in place of each number,
+// from the start of a step to its end. The common work of a substep is done in lanes; a mechanism that needs anything
+// else (`MechanismSolver::start_anew`, swings that a substep does not follow) is taken out of its lane, solved alone,
+// and put back. Either way its result is bit-identical.
 #pragma once
 
 #include <cstddef>
@@ -22,11 +22,11 @@ inline constexpr std::uint32_t mechanism_lanes = 8;
 using LaneBits = std::uint32_t;
 
 struct MechanismBatch {
-  std::span<const std::uint32_t> numbers;  ///< of mechanisms, one for each lane in use
-  void* memory = nullptr;                  ///< `batch_bytes` of it, aligned to 32; none: each is solved alone
+  std::span<const std::uint32_t> numbers;  ///< indices of mechanisms, one for each lane in use
+  void* memory = nullptr;                  ///< `batch_bytes` of it, aligned to 32; null: each is solved alone
 };
 
-/// Of mechanisms with so many links and generic joints.
+/// For mechanisms with so many links and generic joints.
 std::size_t batch_bytes(std::uint32_t links, std::uint32_t generic);
 
 class MechanismLanes {
@@ -44,15 +44,15 @@ class MechanismLanes {
 
   MechanismLanes(const World& world, const MechanismBatch& batch) : world_(world), batch_(batch) {}
 
-  /// All states into lanes, and back.
+  /// Copies all states into lanes, and back.
   void begin_step() const;
   void end_step() const;
-  /// Those of some lanes.
+  /// Copies the states of some lanes out, and back in.
   void take_out(LaneBits lanes) const;
   void bring_back(LaneBits lanes) const;
 
-  // As those of MechanismSolver, in substeps of length h (s). Lanes that they return they have taken out as they were:
-  // these are to be solved alone, and brought back.
+  // Like those of MechanismSolver, in substeps of length h (s). They return the lanes that they took out unchanged:
+  // these must be solved alone and brought back.
   LaneBits warm_start(float h) const;
   LaneBits pull_together(float h) const;
   LaneBits relax(float h) const;

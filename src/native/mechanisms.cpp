@@ -9,12 +9,12 @@ namespace fathom::native {
 
 namespace {
 
-/// Mechanisms that are alike, below which each does better alone.
+/// Below this number of equal mechanisms each is faster alone.
 constexpr std::size_t min_lanes = 3;
 
 }  // namespace
 
-/// Bodies and joints by their slots.
+/// Access to bodies and joints by slot.
 struct Mechanisms::Access {
   struct Ends {
     std::uint32_t a, b;
@@ -69,13 +69,13 @@ struct Mechanisms::Access {
   SpeedLimits limits(float h) const { return speed_limits(def.solver.max_linear_speed, h); }
 };
 
-/// Joints of which both bodies are awake, or one that hangs on an obstacle.
+/// Joints whose bodies are both awake, or one awake and the other an obstacle.
 struct Mechanisms::Source {
   Mechanisms& m;
 
   std::uint32_t bodies() const { return static_cast<std::uint32_t>(m.state_.size()); }
   std::uint32_t joints() const { return static_cast<std::uint32_t>(m.graph_.joint_slots()); }
-  /// A joint that holds nothing, but drives, does well in sweeps.
+  /// A joint that only drives works well in sweeps.
   bool is_candidate(std::uint32_t slot) const {
     const Joint& j = m.graph_.joint(slot);
     if (!j.in_use || !j.rigid || j.colour == no_colour || j.kind == ConstraintKind::coupling) return false;
@@ -160,8 +160,8 @@ void Mechanisms::note_swings(std::uint32_t number) {
   });
 }
 
-/// A mechanism of which some body rests on something would come to rest with the velocity that the others are to have
-/// between positions; so would one that drives move, which aim at a velocity.
+/// If one body of a mechanism lay on something, the mechanism would settle at the velocity meant for the others between
+/// positions; so would a driven one, whose drives aim at a velocity.
 bool Mechanisms::does_swing(const Mechanism& m) const {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     const MechanismLink& link = trees_.links()[i];
@@ -229,15 +229,15 @@ std::uint32_t Mechanisms::constraints_of(std::uint32_t slot) const {
   return static_cast<std::uint32_t>(std::popcount(state_.colour_mask[slot])) + state_.overflow_count[slot];
 }
 
-// A coupling's row and a direct solution of what it pushes would take turns against each other: a motor and a brake at
-// two wheels come to terms in sweeps alone.
+// A coupling's row and a direct solution of what it pushes would undo each other's work: a motor and a brake at two
+// wheels agree only in sweeps.
 bool Mechanisms::accepts(std::span<const MechanismLink> tree) const {
   return std::ranges::none_of(tree, [this](const MechanismLink& link) { return joints_[link.body].is_coupled; });
 }
 
 // --- batches ---------------------------------------------------------------------------------------------------
 
-/// What all lanes of a batch have to have in common; empty where a mechanism is none for lanes.
+/// What all lanes of a batch must have in common; empty if the mechanism cannot be solved in lanes.
 std::vector<std::uint32_t> Mechanisms::shape_of(const Mechanism& m) const {
   std::vector<std::uint32_t> shape;
   if (m.closures > 0) return shape;
@@ -284,7 +284,7 @@ void Mechanisms::form_batches(const ConstraintLayout& layout, std::size_t thread
   const auto group = [&](std::uint32_t number) { return group_of_[trees_.links()[mechanism(number).first].body]; };
   const auto key = [&](std::uint32_t number) { return std::tuple(group(number), shapes_[number], number); };
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  // A batch takes as long as two or three that are solved alone, however many of its lanes are in use.
+  // A batch takes as long as two or three mechanisms solved alone, however many of its lanes are in use.
   const bool shares = groups > 0 || count > (min_lanes - 1) * threads;
   const std::size_t size = shares ? mechanism_lanes : 1;
   std::size_t next = 0;

@@ -1,5 +1,5 @@
-// Which trees of joints (world/joint_trees.hpp) the native simulator solves directly, and with whom: a mechanism is one
-// thread's, that of its group.
+// Which trees of joints (world/joint_trees.hpp) the native simulator solves directly, and on which thread: a mechanism
+// belongs to one thread, that of its group.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +21,10 @@ class Mechanisms {
   Mechanisms(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph)
       : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
 
-  /// Follows the joints that have colours, and the layout's groups. `has_moved`: the layout is new. Where groups don't
-  /// share them out, so many `threads` do.
+  /// Follows coloured joints and the layout's groups. `has_moved`: the layout is new. Without groups the mechanisms are
+  /// divided among `threads`.
   void update(const ConstraintLayout& layout, bool has_moved, std::size_t threads);
-  /// Some bodies have been isolated: they are obstacles now.
+  /// Some bodies have been isolated and are obstacles from here on.
   void find_again(const ConstraintLayout& layout, std::size_t threads) {
     if (!def_.solver.direct_joints) return;
     find();
@@ -34,26 +34,26 @@ class Mechanisms {
   bool empty() const { return trees_.mechanisms().empty(); }
   /// Bodies that are solved directly.
   std::size_t links() const { return trees_.links().size(); }
-  /// Batches by number, all of them, or those of a group: one thread's each.
+  /// Batch numbers: all, or those of a group; each batch is solved by one thread.
   std::span<const std::uint32_t> all() const { return batch_numbers_; }
   std::span<const std::uint32_t> of_group(std::size_t group) const {
     if (batches_.empty()) return {};
     return all().subspan(first_of_group_[group], first_of_group_[group + 1] - first_of_group_[group]);
   }
-  /// By slot of a joint, see JointTrees. Null where none is solved directly.
+  /// By slot of a joint, see JointTrees. Null if none is solved directly.
   const std::uint8_t* direct() const { return empty() ? nullptr : trees_.direct().data(); }
 
-  /// Which of their bodies swing in this step (`BodyState::swings`).
+  /// Notes which of their bodies swing in this step (`BodyState::swings`).
   void note_swings(std::uint32_t batch);
 
-  /// Bodies that touch something, and how inert that wants them (`MechanismLink::min_inertia`).
+  /// Bodies with contacts, and the inertia these require (`MechanismLink::min_inertia`).
   struct Leaning {
     std::uint32_t slot;
-    float inertia;  ///< in parts of the body's own
+    float inertia;  ///< as a multiple of the body's own
   };
   std::span<const Leaning> leaning() const { return leaning_; }
 
-  /// Those of MechanismSolver.
+  /// Like those of MechanismSolver.
   void prepare(std::uint32_t batch);
   void warm_start(std::uint32_t batch, float h, bool forgets);
   void pull_together(std::uint32_t batch, float h);
@@ -69,7 +69,7 @@ class Mechanisms {
   struct Access;
   struct Source;
 
-  /// Of a body.
+  /// A body's joints.
   struct Joints {
     std::uint32_t count = 0;
     bool is_coupled = false;
@@ -89,12 +89,12 @@ class Mechanisms {
   MechanismSolver<Access> solver();
   MechanismLanes lanes(const MechanismBatch& batch, float h = 1);
   const Mechanism& mechanism(std::uint32_t number) const { return trees_.mechanisms()[number]; }
-  /// Calls act(mechanism) for a batch's.
+  /// Calls act(mechanism) for each mechanism of the batch.
   template <class Act>
   void each(const MechanismBatch& batch, const Act& act) const {
     for (const std::uint32_t number : batch.numbers) act(mechanism(number));
   }
-  /// What lanes leave to be done alone.
+  /// Solves what lanes leave to be done alone.
   template <class Act>
   void do_alone(const MechanismLanes& lanes, const MechanismBatch& batch, LaneBits which, const Act& act) const;
 
@@ -108,7 +108,7 @@ class Mechanisms {
   std::vector<LinkState> states_;
   std::vector<JointLink> generic_;  // of links with generic joints
   std::vector<float> closures_;     // of LoopClosures
-  // Mechanisms in the order of batches, and what batches of a group there are.
+  // Mechanisms in the order of batches, and where each group's batches begin.
   std::vector<std::uint32_t> order_, first_of_group_, batch_numbers_;
   std::vector<MechanismBatch> batches_;
   struct alignas(64) Line {
@@ -116,9 +116,9 @@ class Mechanisms {
   };
   std::vector<Line> batch_memory_;
   static constexpr std::uint32_t no_shape = 0xffffffffu;
-  std::vector<std::uint32_t> shapes_;  // by mechanism: of those with the same one all lanes do the same; or none
+  std::vector<std::uint32_t> shapes_;  // by mechanism: equal shapes do the same in lanes; or no_shape
   std::vector<std::uint32_t> group_of_;
-  std::vector<Joints> joints_;  // by slot of a body: those with colours
+  std::vector<Joints> joints_;  // by slot of a body: its coloured joints
   std::vector<Leaning> leaning_;
 };
 

@@ -1,4 +1,4 @@
-// The last loop of a step: every active body to its new pose, velocity and box, eight bodies at a time.
+// The last loop of a step: moves every active body to its new pose, velocity and box, eight bodies at a time.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,14 @@
 
 namespace fathom::native {
 
-/// Bodies that got away from the way that their velocity foretold, farther than pairs were looked for: thrown back by
-/// what they hit, or thrown by others or by forces.
+/// Bodies that left the path predicted by their velocity, beyond the range searched for pairs: thrown by what they hit,
+/// by other bodies or by forces.
 struct Strays {
   struct Stray {
     std::uint32_t slot;
     Pose begin;
   };
-  std::vector<Stray> list;  ///< in no order
+  std::vector<Stray> list;  ///< in any order
   std::mutex mutex;
 };
 
@@ -28,17 +28,17 @@ struct MoveParameters {
   float dt = 0;
   int substeps = 1;
   SpeedLimits limits;
-  bool sleeping = false;     ///< keep account of how long bodies have been slow
+  bool sleeping = false;     ///< accumulate the time for which bodies have been slow
   float slow_below = 0;      ///< m/s
   bool forced = false;       ///< the application's forces act on some body
   bool jointed = false;      ///< some body has joints
-  bool scattered = false;    ///< slots are not in the order of memory
-  Strays* strays = nullptr;  ///< null: nobody lists them
+  bool scattered = false;    ///< slots are not in memory order
+  Strays* strays = nullptr;  ///< null: strays are not listed
 };
 
-/// Bodies that the solver has moved (`in_contact`), or bodies without contacts, which go through all substeps here.
-/// Returns how many of them have a state that is not finite; those keep their old pose and get the flag `isolated`.
-/// Bodies whose new box leaves their fat box get a new one and the flag `box_changed`.
+/// Moves bodies by the solver's result (`in_contact`), or bodies without contacts through all substeps. Returns how
+/// many have a state that is not finite; those keep their old pose and get the flag `isolated`. Bodies whose new box
+/// leaves their fat box get a new one and the flag `box_changed`.
 template <bool in_contact>
 std::size_t move_bodies(std::span<const std::uint32_t> slots, const BodyTable& bodies, BodyState& state,
                         const MoveParameters& p);

@@ -19,8 +19,8 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::CappedTag<float, 4> d;
 
-/// True by axis and, in the fourth lane, always: nobody could predict branches. The boxes are followed by another
-/// float.
+/// True by axis and, in the fourth lane, always: branches would be unpredictable. Another float must follow each box in
+/// memory.
 hn::Mask<decltype(d)> overlaps_by_axis(const Aabb& a, const Aabb& b) {
   const auto is_within = [](const Vec3& lower, const Vec3& upper) {
     return hn::Le(hn::LoadU(d, &lower.x), hn::LoadU(d, &upper.x));
@@ -34,7 +34,7 @@ bool have_parted(const BodyBounds& a, const BodyBounds& b, std::uint8_t flags) {
   return !hn::AllTrue(d, hn::Or(same_boxes, overlaps_by_axis(a.fat_box, b.fat_box)));
 }
 
-/// The overlap that two bodies began with has faded away: from now on their manifold may be kept again.
+/// When the overlap with which two bodies began has faded away, their manifold may be kept again.
 void forget_overlap(Contact& c, Children children, const BodyTable& bodies) {
   if (!c.slack.recycles() && !c.slack.is_lifted() && c.slack.overlap() < overlap_gone)
     c.slack = Slack::of_distance(recycle_distance(c, children, bodies));
@@ -47,7 +47,7 @@ void prefetch_for(const Contact& c, const ContactManifold* manifolds, const Body
     prefetch_to_read(&state.poses[slot]);
   }
   if (c.touching()) {
-    // Three lines, of the four, have what `moved_little` reads.
+    // `moved_little` reads three of the four cache lines.
     const ContactManifold& m = manifolds[c.manifold];
     prefetch_to_read(&m.points[0].anchor_b);
     prefetch_to_read(&m.points[2].anchor_b);
@@ -57,18 +57,18 @@ void prefetch_for(const Contact& c, const ContactManifold* manifolds, const Body
   }
 }
 
-/// Written only where it changes: contacts are read by the threads that solve them, too, and stay in their caches.
+/// Writes only on change: the solving threads have contacts in their caches, too.
 void put(AxisCache& to, const AxisCache& axis) {
   if (std::bit_cast<std::uint32_t>(to) != std::bit_cast<std::uint32_t>(axis)) to = axis;
 }
 
-// Few manifolds are reduced: these are not to take registers from what every contact goes through.
+// Few manifolds are reduced: kept out of line, so that they take no registers from the common path.
 HWY_NOINLINE bool is_to_reduce(AxisCache& cache, const ContactManifold& m) { return is_to_reduce_anew(cache, m); }
 HWY_NOINLINE void find_load(const ContactManifold& m, PatchLoad& load) { load = load_of(m); }
 
 constexpr std::uint32_t prefetch_distance = 16;  // contacts
 
-/// Room for something of each of a chunk's contacts.
+/// Uninitialised storage for one item per contact of a chunk.
 template <class T>
 struct Unset {
   union {
@@ -79,7 +79,7 @@ struct Unset {
 
 }  // namespace
 
-// Not in the way of contacts that know theirs.
+// Out of line, away from contacts whose distance is stored.
 HWY_NOINLINE float recycle_distance(const Contact& c, Children children, const BodyTable& bodies) {
   const Piece a = piece_of(bodies[c.a], children.a), b = piece_of(bodies[c.b], children.b);
   return fathom::recycle_distance(a.geometry.type, a.radius, b.geometry.type, b.radius);
@@ -112,7 +112,7 @@ Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, 
     begun.push_back({index, ahead, b_in_a, fresh});
     return Change::began;
   }
-  FATHOM_ASSERT(!c.round || fresh.count <= 2);  // other points' room has what rolls
+  FATHOM_ASSERT(!c.round || fresh.count <= 2);  // rolling data occupies the other points' memory
   set_manifold(*manifold, fresh, b_in_a, c.axis.reduced);
   if (c.axis.reduced) c.axis.wait = steps_to_settle;
   if (c.ahead != (ahead >= 0)) c.ahead = ahead >= 0;
@@ -129,7 +129,7 @@ HWY_NOINLINE Change NarrowPhase::put_at_seam(std::uint32_t index, Contact& c, co
 
 Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh, const Inspection& seen,
                          ContactManifold* manifold) const {
-  // Of boxes their bounds tell that they are slow, without what is known of bodies beside.
+  // The bounds of boxes suffice to tell that they are slow, without BodyInfo.
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
   const float half = min(min_component(a.half_extents), min_component(b.half_extents));
   if (movement_of(seen.margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
@@ -160,7 +160,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
   enum class Todo : std::uint8_t { nothing, collide, everything };
   Todo todo[contact_grain] = {};
   bool any_others = false;
-  BoxPairs pairs;  // without a manifold: most of them are apart
+  BoxPairs pairs;  // boxes without a manifold: most pairs are apart
   std::uint32_t contact_of[contact_grain], entry_of[contact_grain];
   Unset<AxisCache> caches;
   for (std::uint32_t i = first; i < end; ++i) {
@@ -179,11 +179,11 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     const int is_box_a = a.is_box(), is_box_b = b.is_box(), together = !parted, near = meet;
     const int boxes = is_box_a & is_box_b, collide = together & near;
     if (parted) change = Change::gone;
-    // Where its first contact has no manifold others may have one.
+    // Other parts may have a manifold even if the first has none.
     if (c.in_parts) [[unlikely]]
       todo[i - first] = Todo::everything, any_others = true;
     if (!boxes && collide) todo[i - first] = Todo::everything, any_others = true;
-    // No branch, which nobody could predict.
+    // Branch-free: the outcome is unpredictable.
     contact_of[pairs.count] = i;
     pairs.a[pairs.count] = c.a;
     pairs.b[pairs.count] = c.b;
@@ -203,7 +203,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     if (!(apart >> k & 1)) todo[contact_of[k] - first] = Todo::collide;
   }
 
-  // What begins is listed in the order of contacts.
+  // New manifolds are listed in the order of contacts.
   for (std::uint32_t i = first; i < end; ++i) {
     if (todo[i - first] == Todo::nothing) continue;
     Contact& c = contacts[i];

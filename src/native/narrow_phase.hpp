@@ -15,25 +15,25 @@ namespace fathom::native {
 enum class Change : std::uint8_t {
   nothing,
   recycled,  ///< kept the last manifold: the bodies moved too little to matter
-  began,     ///< touches now, did not before
-  ended,     ///< touched before, does not now
+  began,     ///< began to touch
+  ended,     ///< stopped touching
   gone,      ///< the fat boxes parted; `remove` it
 };
 
-/// A manifold that has no slot yet, because only one thread may give it one.
+/// A manifold without a slot yet, because only one thread may assign slots.
 struct NewManifold {
-  /// Of a pair whose first contact this is, with this bit, a contact that is to be made (`ContactGraph::add_part`).
+  /// With this bit, `contact` is the first contact of a pair and a new part is to be made (`ContactGraph::add_part`).
   static constexpr std::uint32_t new_part = 1u << 31;
   std::uint32_t contact;
-  float ahead;  ///< s from the step's beginning to where it was made; below zero: as the bodies are
+  float ahead;  ///< s from the start of the step at which it was made; below zero: at the current poses
   Pose b_in_a;
   Manifold manifold;
   Children children{};  ///< of a new part
   AxisCache axis{};
-  std::uint32_t answer = none;  ///< of the application (native/pre_solve.hpp), where it was asked
+  std::uint32_t answer = none;  ///< of the application (native/pre_solve.hpp), if it was asked
 };
 
-/// A pair of which a body moves fast for its size, as the step began. Where only one can be pushed it is B.
+/// A pair with a body that moves fast for its size, as the step began. If only one can be pushed, it is B.
 struct FastPair {
   std::uint32_t contact, a, b;
   Pose pose_a, pose_b;
@@ -41,15 +41,15 @@ struct FastPair {
   Children children{};
 };
 
-/// Distance (m) that a contact's bodies, of which `children` touch, may move against each other before its manifold is
-/// rebuilt.
+/// Distance (m) that a contact's bodies, with `children` touching, may move relative to each other before its manifold
+/// is rebuilt.
 float recycle_distance(const Contact& contact, Children children, const BodyTable& bodies);
-/// The same as things are: 0 while the manifold is not to be kept.
+/// The same in the contact's current state: 0 while the manifold is not to be kept.
 inline float kept_within(const Contact& contact, Children children, const BodyTable& bodies) {
   return contact.slack.is_lifted() ? recycle_distance(contact, children, bodies) : contact.slack.recycle_distance();
 }
 
-/// What a contact needs before shapes are collided.
+/// What a contact needs before its shapes are collided.
 struct Inspection {
   Change change = Change::nothing;  ///< where `collide` is false
   bool collide = false;
@@ -57,12 +57,12 @@ struct Inspection {
   Pose b_in_a{};
   PatchLoad load{};
 };
-/// `children`: what touches in it.
+/// `children`: those that touch in the contact.
 Inspection inspect_contact(Contact& contact, const ContactManifold* manifold, const BodyTable& bodies,
                            const BodyState& state, float dt, Children children);
 class ContactGraph;
 
-/// What contacts are brought up to date with; lists are there to add to.
+/// What contacts are updated with; the lists are appended to.
 struct NarrowPhase {
   const BodyTable& bodies;
   const BodyState& state;
@@ -74,8 +74,7 @@ struct NarrowPhase {
   bool& has_new_parts;                      ///< some of `begun` are
   const Seams& seams;
 
-  /// What follows from having collided with the result `fresh`: into the `manifold` of a touching contact, or into
-  /// `begun`.
+  /// Applies the result `fresh` of a collision: to the `manifold` of a touching contact, or to `begun`.
   Change take(std::uint32_t index, Contact& contact, const Manifold& fresh, const Inspection& seen,
               ContactManifold* manifold) const;
 
@@ -85,7 +84,7 @@ struct NarrowPhase {
   friend class PartedPair;
   Change put(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
              ContactManifold* manifold) const;
-  /// What counts of it at seams.
+  /// Applies what counts of it at seams.
   Change put_kept(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
                   ContactManifold* manifold) const {
     if (fresh.count > 0 && contact.fixed_a && seams.may_have(contact.a)) [[unlikely]]
@@ -96,20 +95,19 @@ struct NarrowPhase {
                      ContactManifold* manifold) const;
 };
 
-/// Contacts that are brought up to date at once.
+/// Contacts that are updated at once.
 inline constexpr std::size_t contact_grain = BoxPairs::most;
 
-/// `update_contact` of contacts [first, end), up to `contact_grain` of `contacts`, those of boxes that do not touch yet
-/// side by side. changes[i] is what contact first + i has met. Contacts that nothing moves are left alone.
+/// `update_contact` of contacts [first, end), up to `contact_grain` of `contacts`; boxes that do not touch yet are
+/// tested side by side. changes[i] is what happened to contact first + i. Contacts that nothing moves are skipped.
 void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint32_t end, ContactManifold* manifolds,
                      const NarrowPhase& narrow_phase, Change* changes);
 
-/// The same of a pair that may touch in several parts, given by its first contact, and of all of these
-/// (parted_pairs.cpp).
+/// The same for all parts of a pair that may touch in several parts, given by its first contact (parted_pairs.cpp).
 Change update_parts(std::uint32_t index, const NarrowPhase& narrow_phase);
 
-/// Updates the contact's axis and, where it touches already, its `manifold`; puts a first manifold into `begun`
-/// with contact index `index`. Writes nothing else.
+/// Updates the contact's axis and, if it touches already, its `manifold`; appends a first manifold to `begun` with
+/// contact index `index`. Writes nothing else.
 Change update_contact(std::uint32_t index, Contact& contact, ContactManifold* manifold,
                       const NarrowPhase& narrow_phase);
 

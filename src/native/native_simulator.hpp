@@ -70,7 +70,7 @@ class NativeSimulator : public Simulator {
   void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const override { tree_.visit(box, visitor); }
 
  protected:
-  /// One without a broad phase must be given it by `set_broad_phase` before anything else.
+  /// Without a broad phase, `set_broad_phase` must be called before anything else.
   NativeSimulator(const WorldDef& definition, std::unique_ptr<BroadPhase> broad_phase);
   void set_broad_phase(std::unique_ptr<BroadPhase> broad_phase) { broad_phase_ = std::move(broad_phase); }
 
@@ -88,20 +88,20 @@ class NativeSimulator : public Simulator {
 
   BodyState state_;
   ContactGraph graph_;
-  ContactChanges changes_;  // what this step's narrow phase met
+  ContactChanges changes_;  // what this step's narrow phase found
   ThreadPool pool_;
-  bool lists_added_ = false;          // for those who ask for it
-  std::vector<std::uint32_t> added_;  // contacts that this step's search found
+  bool lists_added_ = false;          // for derived classes that ask for it
+  std::vector<std::uint32_t> added_;  // contacts found by this step's search
 
  private:
   void build_constraints();
   void solve();
   void finish();
 
-  /// Moves bodies by what the solver found, or by gravity alone.
+  /// Moves bodies by the solver's result, or by gravity alone.
   template <bool in_contact>
   void move_part(std::span<const std::uint32_t> slots);
-  /// Moves all that the solver does not, while the caller's thread begins with alone().
+  /// Moves all bodies that the solver does not, while the caller's thread begins with alone().
   template <class Alone>
   void move_free(const Alone& alone);
   void lay_out_constraints();
@@ -111,7 +111,7 @@ class NativeSimulator : public Simulator {
   void note_moved(std::uint32_t slot);
   void note_set(std::uint32_t slot);
   std::span<const Pair> joined(std::span<const std::vector<Pair>> lists);
-  /// Those of the new pairs that the application lets collide, where it is asked.
+  /// The new pairs that the application lets collide, if it is asked.
   std::span<const Pair> let_collide(std::span<const Pair> pairs);
   bool lets_collide(std::uint32_t a, std::uint32_t b);
   /// apply_changes.cpp
@@ -154,19 +154,19 @@ class NativeSimulator : public Simulator {
   void validate_contacts() const;
   void validate_colours() const;
   bool was_solved(const Contact& c) const;
-  /// Kinematic bodies that `move_to` has moved stand still where they were to get.
+  /// Kinematic bodies moved by `move_to` stop at their targets.
   void arrive();
-  /// Of a sleeping body.
+  /// Wakes the island of a sleeping body.
   void wake_island(std::uint32_t slot);
-  /// Sleepers that touch the body or are joined to it.
+  /// Wakes sleeping bodies that touch the body or are joined to it.
   void wake_neighbours(std::uint32_t slot);
   /// joints.cpp
   void define_joint(std::uint32_t slot, std::uint32_t ignoring = none);
-  /// Whether those of its bodies are alone may have changed.
+  /// Redefines couplings whose exclusive use of their bodies may have changed.
   void define_couplings_beside(std::uint32_t joint, std::uint32_t ignoring = none);
   void wake_joined(std::uint32_t joint);
   void restore_joints(ByteReader& in);
-  /// Sleepers that fixed bodies were added or moved into.
+  /// Wakes sleeping bodies that fixed bodies were added to or moved into.
   void wake_below_fixed();
   void count();
   std::size_t list_bytes() const;
@@ -174,10 +174,10 @@ class NativeSimulator : public Simulator {
   ThreadBudget threads_;
   HeapDivision division_;
   std::unique_ptr<BroadPhase> broad_phase_;
-  BodyTree tree_;  // of queries
+  BodyTree tree_;  // for queries
   Seams seams_{bodies, state_, joints, excluded};
   ContactSolver solver_;
-  std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells
+  std::optional<CellSolver> cell_solver_;  // replaces `solver_` with the partition `cells`
   Islands islands_;
   PreSolve pre_solve_;
 
@@ -188,13 +188,13 @@ class NativeSimulator : public Simulator {
   std::atomic<std::size_t> failed_ = 0;     // bodies whose new state is not finite
   bool are_free_moved_ = false;             // in this step, before `finish`
   std::vector<std::uint32_t> set_changes_;  // bodies added or removed since the broad phase last ran
-  /// Where a kinematic body is to be at the end of the next step.
+  /// Target of a kinematic body at the end of the next step.
   struct Target {
     Pose pose;
     std::uint32_t slot = none;
-    std::uint32_t unused[3] = {};  // in place of padding, which snapshots would keep
+    std::uint32_t unused[3] = {};  // in place of padding, which snapshots would include
   };
-  std::vector<Target> targets_;               // the last one of a body counts
+  std::vector<Target> targets_;               // a body's last one counts
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_, pairs_let_;
@@ -202,7 +202,7 @@ class NativeSimulator : public Simulator {
   std::vector<ContactEvent> ended_by_removal_;
   LargeArray<ContactEvent> begun_, ended_;
   LargeArray<HitEvent> hits_;
-  std::vector<std::size_t> event_offsets_;  // of each thread's part, for room alone
+  std::vector<std::size_t> event_offsets_;  // of each thread's part; kept for its memory
   std::vector<Quarantine> quarantined_;
 };
 

@@ -1,5 +1,5 @@
-// Which bodies lie together, so that a thread's share of bodies and its shares of the colours' contacts are about the
-// same region, and stay in its cache from loop to loop. It orders work that may be done in any order: no result
+// Which bodies are close together, so that a thread's share of bodies and its shares of the colours' contacts cover
+// about the same region and stay in its cache from loop to loop. It orders work whose order does not matter: no result
 // depends on it.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace fathom::native {
 
 class Neighbourhood {
  public:
-  /// Adopts the order of the broad phase, where it is a new one. `slot_count`: upper end of slots.
+  /// Adopts the broad phase's order if that has changed. `slot_count`: upper bound of slots.
   void update(const BroadPhase& broad_phase, std::size_t slot_count) {
     if (order_ == broad_phase.order() && regions_.size() >= slot_count) return;
     order_ = broad_phase.order();
@@ -28,11 +28,11 @@ class Neighbourhood {
       regions_[slots_[i]] = static_cast<std::uint8_t>(i * region_count / slots_.size());
   }
 
-  /// Bodies are in regions 0 … region_count − 1, as many in one as in another.
+  /// Bodies are in regions 0 … region_count − 1, equally many in each.
   static constexpr std::size_t region_count = 256;
   std::size_t region(std::uint32_t slot) const { return regions_[slot]; }
 
-  /// Where in a sorted list the items of each region begin; the last entry is the list's size.
+  /// Where the items of each region begin in a sorted list; the last entry is the list's size.
   using Offsets = std::array<std::uint32_t, region_count + 1>;
 
   /// Writes `items` to `sorted`, by the region of slot_of(item).
@@ -42,7 +42,7 @@ class Neighbourhood {
     for (const std::uint32_t item : items) ++ends[region(slot_of(item))];
     std::uint32_t sum = 0;
     for (std::uint32_t& n : ends) sum += std::exchange(n, sum);
-    // Each beginning moves on to the region's end, which is the next one's beginning.
+    // Each beginning advances to the region's end, which is the next one's beginning.
     for (const std::uint32_t item : items) sorted[ends[region(slot_of(item))]++] = item;
     Offsets offsets{};
     std::copy(ends.begin(), ends.end() - 1, offsets.begin() + 1);
@@ -53,7 +53,7 @@ class Neighbourhood {
 
  private:
   std::uint64_t order_ = 0;
-  std::vector<std::uint32_t> slots_;   // neighbours near each other
+  std::vector<std::uint32_t> slots_;   // in the order of neighbours
   std::vector<std::uint8_t> regions_;  // by slot
 };
 

@@ -13,11 +13,11 @@
 
 namespace fathom::native {
 
-/// Loads by slot, written by all threads as impulses are stored. What is overloaded in two steps on end is no hit.
-/// Only bodies of which something has been noted cost time.
+/// Loads by slot, written by all threads as impulses are stored. An overload in two steps in a row is not a hit. Only
+/// bodies with a noted load cost time.
 class Overloads {
  public:
-  /// To be called as bodies are added.
+  /// To be called when bodies are added.
   void resize(std::size_t slots) {
     const std::size_t before = loads_.size();
     if (slots <= before) return;
@@ -25,11 +25,11 @@ class Overloads {
     std::fill(loads_.begin() + before, loads_.end(), Load{});
     std::fill(is_listed_.begin() + before, is_listed_.end(), false);
   }
-  /// The slot's body is removed.
+  /// The slot's body has been removed.
   void forget(std::uint32_t slot) {
     if (slot < loads_.size()) loads_[slot] = {};
   }
-  /// An overloaded contact of the body wants it that inert (`wanted_inertia`).
+  /// An overloaded contact of the body wants at least this inertia (`wanted_inertia`).
   void note(std::uint32_t slot, float wanted) {
     std::atomic_ref<float> most(loads_[slot].now);
     float now = most.load(std::memory_order_relaxed);
@@ -38,7 +38,7 @@ class Overloads {
     std::atomic_ref<bool>(any_).store(true, std::memory_order_relaxed);
     list(slot);
   }
-  /// The body is at least that inert in this step; to be called once it has begun.
+  /// The body has at least this inertia in this step; to be called after the step has begun.
   void require(std::uint32_t slot, float inertia) {
     loads_[slot].inertia_scale = std::max(loads_[slot].inertia_scale, inertia);
     any_scaled_ = true;
@@ -46,14 +46,14 @@ class Overloads {
   }
   /// Some body was overloaded in the last step.
   bool any() const { return any_; }
-  /// The body was, and in the step before.
+  /// The body was overloaded in the last step and in the one before.
   bool lasts(std::uint32_t slot) const { return slot < loads_.size() && loads_[slot].lasting() > 0; }
   /// Some body has more than its own inertia in this step.
   bool any_scaled() const { return any_scaled_; }
-  /// The body's inertia in this step, in parts of its own.
+  /// The body's inertia in this step, as a multiple of its own.
   float inertia_scale(std::uint32_t slot) const { return loads_[slot].inertia_scale; }
-  /// Begins a step. What sleeps keeps its load and its inertia: it wakes under that load, whose impulses would throw
-  /// what is as light as it was at first.
+  /// Begins a step. Sleeping bodies keep their load and inertia: they wake under that load, whose impulses would throw
+  /// a body with its own inertia only.
   template <class IsAwake>
   void advance(const IsAwake& is_awake) {
     if (!any() && !had_any_ && !any_scaled_ && !any_asleep_) return;
@@ -83,7 +83,7 @@ class Overloads {
   static void archive(Self& s, Archive& a) {
     a(s.loads_, s.any_, s.had_any_, s.any_scaled_, s.any_asleep_);
   }
-  /// Lists what was read.
+  /// Rebuilds the list from the loads that were read.
   void restored(ByteReader& in, std::size_t slots) {
     in.require(loads_.size() <= slots);
     is_listed_.clear(), listed_.clear();
@@ -98,7 +98,7 @@ class Overloads {
 
  private:
   struct Load {
-    float now = 0;     ///< the most that is wanted since the step began; 0: nothing is overloaded
+    float now = 0;     ///< the largest inertia wanted since the step began; 0: nothing is overloaded
     float before = 0;  ///< … in the step before
     float inertia_scale = 1;
 
@@ -114,10 +114,10 @@ class Overloads {
 
   LargeArray<Load> loads_;
   LargeArray<bool> is_listed_;        // by slot
-  LargeArray<std::uint32_t> listed_;  // slots whose loads are not those of a new body, in any order
+  LargeArray<std::uint32_t> listed_;  // slots whose loads differ from a new body's, in any order
   std::uint32_t count_ = 0;           // of these
   bool any_ = false, had_any_ = false, any_scaled_ = false;
-  bool any_asleep_ = false;  ///< with more than its own inertia
+  bool any_asleep_ = false;  ///< a sleeping body with more than its own inertia
 };
 
 }  // namespace fathom::native

@@ -10,7 +10,7 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t few = 128;  // pairs, which one thread gathers faster
+constexpr std::size_t few = 128;  // pairs; one thread gathers fewer faster
 constexpr std::size_t slot_grain = 128;
 
 }  // namespace

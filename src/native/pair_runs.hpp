@@ -1,6 +1,6 @@
-// Pairs that many threads find, body by body, brought into the order of bodies.
+// Pairs found by many threads, body by body, gathered in the order of bodies.
 //
-// All pairs that one body finds lie one after the other in the list of who searched. So where each body's begin is
+// All pairs found by one body are consecutive in the searching thread's list. So the position of each body's pairs is
 // counted out, and every thread copies those of some bodies: nothing is sorted.
 #pragma once
 
@@ -15,18 +15,18 @@ namespace fathom::native {
 
 class PairRuns {
  public:
-  /// Lists of pairs (a, b), to be filled by any thread that clears the list first; each list is one thread's.
+  /// Lists of pairs (a, b), to be filled by any thread, which clears its list first; one thread per list.
   std::vector<std::vector<Pair>>& lists() { return lists_; }
   void make_room(std::size_t lists, std::size_t slots);
-  /// What `slot` found, as a, are the `count` pairs of the list from `first` on.
+  /// `slot`, as a, found the `count` pairs of the list from `first` on.
   void note(std::uint32_t slot, std::size_t list, std::size_t first, std::size_t count) {
     runs_[slot] = {static_cast<std::uint32_t>(list), static_cast<std::uint32_t>(first),
                    static_cast<std::uint32_t>(count)};
   }
-  /// All that the list got.
+  /// Number of pairs in the list.
   void note_list(std::size_t list, std::size_t pairs) { list_sizes_[list] = static_cast<std::uint32_t>(pairs); }
 
-  /// Of the first `lists` lists and of the bodies `slots`, each of which is noted, in their order.
+  /// Gathers the pairs of the first `lists` lists in the order of `slots`, each of which must have been noted.
   void gather(std::size_t lists, std::span<const std::uint32_t> slots, ThreadPool& pool, std::vector<Pair>& pairs);
 
   std::size_t memory_bytes() const;
@@ -42,7 +42,7 @@ class PairRuns {
   std::vector<std::uint32_t> list_sizes_;
   std::vector<std::uint32_t> with_pairs_;  // lists
   LargeArray<Run> runs_;                   // by slot
-  std::vector<std::size_t> offsets_;       // where pairs of each chunk of slots begin
+  std::vector<std::size_t> offsets_;       // where each chunk of slots' pairs begin
 };
 
 }  // namespace fathom::native

@@ -1,5 +1,5 @@
-// The set of known pairs: hash tables of 64-bit keys with linear probing, no tombstones. A pair's hash decides in which
-// of the tables it is, so that several threads can fill the set, each its own tables.
+// The set of known pairs: hash tables of 64-bit keys with linear probing, no tombstones. A pair's hash selects its
+// table, so that several threads can fill the set, each its own tables.
 #pragma once
 
 #include <array>
@@ -23,17 +23,17 @@ class PairSet {
     }
   }
 
-  /// Fetches the memory that the other functions will look at first.
+  /// Prefetches what the other functions read first.
   void prefetch(std::uint32_t a, std::uint32_t b) const {
     const std::uint64_t hash = hashed(make_key(a, b));
     const Table& table = tables_[hash >> table_shift];
     if (!table.keys.empty()) __builtin_prefetch(&table.keys[table.home(hash)]);
   }
 
-  /// The table that the pair is or would be in.
+  /// The table that does or would contain the pair.
   static std::size_t table(std::uint32_t a, std::uint32_t b) { return hashed(make_key(a, b)) >> table_shift; }
 
-  /// A pair that is not there yet. Threads may insert and erase at once in different tables.
+  /// Inserts a new pair. Threads may insert and erase concurrently in different tables.
   void insert(std::uint32_t a, std::uint32_t b) {
     const std::uint64_t key = make_key(a, b), hash = hashed(key);
     Table& table = tables_[hash >> table_shift];
@@ -46,7 +46,7 @@ class PairSet {
     ++table.count;
   }
 
-  /// Removes a pair that is there, moving later entries of its run up (Knuth, vol. 3, 6.4, algorithm R).
+  /// Removes a pair that is in the set, moving later entries of its run up (Knuth, vol. 3, 6.4, algorithm R).
   void erase(std::uint32_t a, std::uint32_t b) {
     const std::uint64_t key = make_key(a, b), hash = hashed(key);
     Table& table = tables_[hash >> table_shift];
@@ -81,7 +81,7 @@ class PairSet {
     std::size_t mask = 0;
     int shift = 0;
 
-    // By the bits of the hash below those that chose the table.
+    // By the bits of the hash below those that select the table.
     std::size_t home(std::uint64_t hash) const { return static_cast<std::size_t>((hash << 6) >> shift); }
     void put(std::uint64_t key, std::uint64_t hash) {
       std::size_t i = home(hash);
@@ -99,14 +99,14 @@ class PairSet {
     }
   };
 
-  // A pair is of two different slots, so its larger slot is not 0 and neither is the key.
+  // A pair has two different slots, so its larger slot is not 0 and neither is the key.
   static std::uint64_t make_key(std::uint32_t a, std::uint32_t b) {
     return a < b ? static_cast<std::uint64_t>(b) << 32 | a : static_cast<std::uint64_t>(a) << 32 | b;
   }
   static std::uint64_t hashed(std::uint64_t key) { return key * 0x9e3779b97f4a7c15ull; }
 
   std::array<Table, tables> tables_;
-  std::size_t room_ = 0;  // keys of all tables, which lie in the caches of who changed them
+  std::size_t room_ = 0;  // keys of all tables, each of which is in the cache of the thread that changed it
 };
 
 }  // namespace fathom::native

@@ -1,4 +1,4 @@
-// What touches in one contact: a body's shape, or one child of its compound.
+// The pieces that touch in a contact: a body's shape, or one child of its compound.
 #pragma once
 
 #include "dynamics/look_ahead.hpp"
@@ -14,7 +14,7 @@ inline Pose inverse(const Pose& pose) { return relative(pose, {}); }
 
 struct Piece {
   Geometry geometry;
-  Pose pose;     ///< in the body's frame; of a body's whole shape the identity
+  Pose pose;     ///< in the body's frame; the identity for a body's whole shape
   float radius;  ///< of the bounding sphere (m)
   float half;    ///< of its thickness (m)
   const Material& material;
@@ -36,14 +36,14 @@ inline Piece piece_of(const BodyInfo& info, std::uint32_t child) {
           true};
 }
 
-/// Of the body, or of one child of its compound: in the body's axes.
+/// Surface velocity of the body, or of one child of its compound, in body axes.
 inline Vec3 surface_velocity(const BodyInfo& info, std::uint32_t child) {
   if (!info.geometry.is_compound()) return info.material.surface_velocity;
   const ChildShape& c = info.geometry.compound().children()[child];
   return c.material ? rotate(c.pose.rotation, c.material->surface_velocity) : info.material.surface_velocity;
 }
 
-/// The piece as a body of its own, whose centre is within dt (s) where the body takes it.
+/// The piece as a body of its own, whose centre moves within dt (s) to where the body takes it.
 inline Mover mover_of(const Piece& piece, const Pose& pose, const Velocity& v, float dt) {
   if (!piece.is_child) return {piece.geometry, piece.radius, pose, v};
   Mover m{piece.geometry, piece.radius, pose * piece.pose, v};

@@ -21,7 +21,7 @@ void PreSolve::give_materials(std::span<const NewManifold* const> begun) {
     if (fresh->answer != none) graph_.give(fresh->contact, answers_[fresh->answer].materials);
 }
 
-/// Contacts of awake bodies, ascending.
+/// Lists contacts of awake bodies, ascending.
 void PreSolve::list_touching() {
   touching_.clear();
   for (const std::uint32_t slot : bodies_.pre_solvers())
@@ -33,7 +33,7 @@ void PreSolve::list_touching() {
   touching_.erase(std::unique(touching_.begin(), touching_.end()), touching_.end());
 }
 
-/// Tells it from the lower body to the other, as the application sees it, from A to B of the graph.
+/// Swaps the graph's A and B if needed: the application sees the lower slot first.
 void PreSolve::begin_contact(PreSolveContact& contact, const Answer& pair, Vec3 normal) const {
   const bool swaps = pair.b < pair.a;
   contact.a = bodies_.id(swaps ? pair.b : pair.a), contact.b = bodies_.id(swaps ? pair.a : pair.b);
@@ -64,7 +64,7 @@ bool PreSolve::keeps(std::uint32_t index) {
   contact.point_count = m.point_count();
   for (int i = 0; i < contact.point_count; ++i) {
     const Vec3 on_a = transform(a, m.points[i].anchor_a), on_b = transform(b, m.points[i].anchor_b);
-    // What was made where bodies will meet has a time in place of its step's impulse.
+    // Manifolds made where bodies will meet store a time in place of the step's impulse.
     contact.points[i] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), c.ahead ? 0.0f : m.step_impulse_of(i)};
   }
   const Answer& answer = answered(contact, pair);

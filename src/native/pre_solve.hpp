@@ -1,9 +1,8 @@
-// What the application says of contacts before they are solved (PreSolveContact).
+// The application's say about contacts before they are solved (PreSolveContact).
 //
-// One thread asks it between the narrow phase and the graph. What it refuses ends there, or does not begin: neither
-// solver nor events, islands or snapshots know of contacts that are disabled. Its friction and restitution go to the
-// manifold, the slide of surfaces to the graph, and hold until the contact is asked about again or its materials are
-// mixed anew.
+// One thread asks it between the narrow phase and the graph. A refused contact ends or does not begin: solver, events,
+// islands and snapshots know nothing of disabled contacts. The application's friction and restitution go to the
+// manifold, the surface slide to the graph, until the contact is asked about again or its materials are mixed again.
 #pragma once
 
 #include <cstdint>
@@ -22,12 +21,12 @@ class PreSolve {
   PreSolve(const BodyTable& bodies, const BodyState& state, ContactGraph& graph, Callbacks& callbacks)
       : bodies_(bodies), state_(state), graph_(graph), callbacks_(callbacks) {}
 
-  /// After the narrow phase: of contacts that touch, then of those that begin to.
+  /// After the narrow phase: asks about contacts that touch, then about those that begin to.
   void ask(ContactChanges& changes);
-  /// What it has said of those that have begun since.
+  /// Applies its answers for contacts that have begun since.
   void give_materials(std::span<const NewManifold* const> begun);
-  /// Whether B, which is fast, may be stopped by A. `normal` (world axes, from A to B) is for a pair that the
-  /// application has not been asked about in this step.
+  /// Whether A may stop B, which is fast. `normal` (world axes, from A to B) is for pairs that the application has not
+  /// been asked about in this step.
   bool may_stop(const FastPair& pair, Vec3 normal);
 
   std::size_t memory_bytes() const {

@@ -1,4 +1,4 @@
-// Fetching memory ahead of its use, from another core's cache above all.
+// Prefetches memory, mainly from other cores' caches.
 #pragma once
 
 #include <cstddef>
@@ -7,18 +7,18 @@ namespace fathom::native {
 
 inline void prefetch_to_read(const void* line) { __builtin_prefetch(line); }
 
-/// For what is about to be written: asking for that at once saves a second journey between cores.
+/// For memory about to be written: requesting ownership at once saves a second transfer between cores.
 inline void prefetch_to_write(const void* line) {
 #if defined(__x86_64__)
-  // The built-in becomes this only where the compiler is told that the processor has it; those without do nothing.
+  // The built-in compiles to this only if the target is known to have it; processors without it ignore it.
   asm volatile("prefetchw %0" : : "m"(*static_cast<const char*>(line)));
 #else
   __builtin_prefetch(line, 1);
 #endif
 }
 
-/// Calls each of the acts for all of [begin, end), some turns before the next act: what lies anywhere in memory is
-/// fetched, step by step, until the last act has it at hand.
+/// Calls each act for all of [begin, end), each a few iterations ahead of the next act: scattered memory is fetched
+/// level by level until the last act finds it in the cache.
 template <class... Acts>
 void one_after_the_other(std::size_t begin, std::size_t end, const Acts&... acts) {
   constexpr std::size_t turns = 3, last = turns * (sizeof...(acts) - 1);

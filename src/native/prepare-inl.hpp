@@ -1,4 +1,4 @@
-// From manifolds to blocks of contacts before the sweeps, and impulses back after them.
+// From manifolds to blocks of contacts before the sweeps, and impulses back afterwards.
 // Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
 
 #if defined(FATHOM_PREPARE_INL) == defined(HWY_TARGET_TOGGLE)
@@ -110,7 +110,7 @@ HWY_INLINE SymMat3V<hn::Vec<D>> load_inertia(const LaneContacts<D>& lanes, const
   return {hn::Add(q0.x, isotropic), hn::Add(q0.y, isotropic), hn::Add(q0.z, isotropic), q0.w, q1.x, q1.y};
 }
 
-/// Accelerations of lanes' bodies; zero for those that forces do not move, which includes isolated ones.
+/// Accelerations of lanes' bodies; zero for those that forces do not move, including isolated ones.
 template <class V>
 HWY_INLINE Vec3V<V> load_acceleration(const std::uint32_t* slots, const BodiesView& view, V inverse_mass) {
   const hn::DFromV<V> d;
@@ -123,8 +123,8 @@ HWY_INLINE Vec3V<V> load_acceleration(const std::uint32_t* slots, const BodiesVi
   return {hn::IfThenElseZero(moved, a.x), hn::IfThenElseZero(moved, a.y), hn::IfThenElseZero(moved, a.z)};
 }
 
-/// The lever of round contacts' spin, and `fathom::roll_row` where there is rolling resistance. Apart from the rest, so
-/// that blocks without pay nothing.
+/// The spin lever of round contacts, and `fathom::roll_row` for rolling resistance. Out of line, so that other blocks
+/// pay nothing.
 template <class D>
 HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained) {
   HWY_ALIGN float length[Block<D>::width] = {}, impulse[3][Block<D>::width] = {};
@@ -145,7 +145,7 @@ HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indi
   block.set3(roll_x, mul_add(mul_add(along_t1, hn::Load(D(), impulse[1]), f.t2), hn::Load(D(), impulse[2]), f.n));
 }
 
-/// What moving surfaces add to sliding velocities. Apart from the rest, so that blocks without pay nothing.
+/// What moving surfaces add to sliding velocities. Out of line, so that other blocks pay nothing.
 template <class D>
 HWY_NOINLINE void prepare_surfaces(const Block<D>& block, const std::uint32_t* indices,
                                    const Constrained& constrained) {
@@ -156,7 +156,7 @@ HWY_NOINLINE void prepare_surfaces(const Block<D>& block, const std::uint32_t* i
   }
 }
 
-/// `fathom::kept_impulse` goes back to the manifolds.
+/// Stores `fathom::kept_impulse` to the manifolds.
 template <class D>
 HWY_NOINLINE void store_rolling(const Block<D>& block, const Constrained& constrained) {
   const auto f = ContactRows<D>{block}.axes();
@@ -183,7 +183,7 @@ HWY_INLINE std::uint16_t lane_bits(hn::Mask<D> mask) {
   return static_cast<std::uint16_t>(bits[0] | bits[1] << 8);
 }
 
-/// Which lanes touched until now, and which are near enough to (`fathom::touch_distance`).
+/// Notes which lanes touched so far and which are near enough to touch (`fathom::touch_distance`).
 template <class D>
 HWY_INLINE void note_touch_bits(const Block<D>& block, const LaneContacts<D>& lanes, hn::Vec<D> nearest) {
   const hn::RebindToSigned<D> di;
@@ -200,7 +200,7 @@ HWY_INLINE void note_touch_bits(const Block<D>& block, const LaneContacts<D>& la
   h.hits = lane_bits<D>(is_set(hn::And(hn::ShiftRight<1>(bits), one)));
 }
 
-/// Lanes whose manifolds were made where their bodies will meet. Few have one, so one after the other.
+/// Lanes whose manifolds were made where their bodies will meet. One by one, as few are.
 template <class D>
 HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
                                 const BodiesView& view) {
@@ -239,7 +239,7 @@ HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indi
   }
 }
 
-/// Lanes of which a point approaches faster than a hit's threshold.
+/// Notes lanes with a point that approaches faster than the hit threshold.
 template <class D>
 HWY_NOINLINE void note_closing(const Block<D>& block, const LaneContacts<D>& lanes, float threshold) {
   const D d;
@@ -256,7 +256,7 @@ HWY_NOINLINE void note_closing(const Block<D>& block, const LaneContacts<D>& lan
   block.header().closing = lane_bits<D>(hn::Gt(approach, hn::Set(d, threshold)));
 }
 
-/// The manifolds of a block's lanes between their bodies, as `prepare_contact_rows` reads them.
+/// The manifolds of a block's lanes at their bodies' poses, as `prepare_contact_rows` reads them.
 template <class D>
 struct PosedManifolds {
   using V = hn::Vec<D>;
@@ -315,7 +315,7 @@ struct LaneMasses {
   HWY_INLINE const Inertia& inverse_of_b() const { return b; }
 };
 
-/// Rows of one block. Returns the number of its points.
+/// Prepares the rows of one block. Returns the number of its points.
 template <class D>
 HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32_t* indices,
                                         const Constrained& constrained, const BodiesView& view) {
@@ -348,7 +348,7 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   return point_count;
 }
 
-/// Fetches what a block will be made of: other threads have written most of it. The contacts themselves come a block
+/// Prefetches the sources of a block, mostly written by other threads. The contacts themselves are fetched one block
 /// earlier.
 template <class D>
 HWY_INLINE void prefetch_lanes(const std::uint32_t* lanes, const Constrained& constrained, const BodiesView& view) {
@@ -368,7 +368,7 @@ HWY_INLINE Vec3 slide_of(const Block<D>& block, std::size_t lane) {
   return {block.at(surface_x)[lane], block.at(surface_y)[lane], block.at(surface_z)[lane]};
 }
 
-/// m, of the deepest point as the step began.
+/// Depth of the deepest point as the step began (m).
 template <class D>
 HWY_INLINE float depth_of(const Block<D>& block, std::size_t lane, const Constrained& constrained, const Contact& c) {
   float nearest = 1e30f;
@@ -391,8 +391,8 @@ HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
   }
 }
 
-/// Contacts whose bodies began inside each other, of which a part has faded in the step that ends, and those that a
-/// load presses deep.
+/// Fades the overlaps of contacts whose bodies began inside each other, and changes the lifts of those pressed deep by
+/// a load.
 template <class D>
 HWY_NOINLINE void change_offsets(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
                                  float overlap_kept, const LoadWatch& watch) {
@@ -409,7 +409,7 @@ HWY_NOINLINE void change_offsets(const Block<D>& block, const std::uint32_t* ind
   }
 }
 
-/// Lanes that touch now and did not, or the other way round, and those that may have hit.
+/// Notes lanes that began or stopped touching, and those that may have hit.
 template <class D>
 HWY_NOINLINE void note_touches(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
                                unsigned changed, unsigned touching, unsigned hitting) {
@@ -434,7 +434,7 @@ HWY_NOINLINE void note_touches(const Block<D>& block, const std::uint32_t* indic
   }
 }
 
-/// Impulses go back to the manifolds, and the offsets that a step leaves to the contacts.
+/// Stores impulses to the manifolds, and the step's offsets to the contacts.
 template <class D>
 HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs, const Constrained& constrained,
                                float overlap_kept, const LoadWatch& watch) {

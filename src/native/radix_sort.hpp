@@ -11,7 +11,7 @@
 
 namespace fathom::native {
 
-/// Sorts by the lowest `bits` bits of key(item), which has no others. `scratch` is for room alone.
+/// Sorts by key(item), which has no bits above the lowest `bits`. `scratch` is working memory only.
 template <class Item, class Key>
 void radix_sort(std::vector<Item>& items, std::vector<Item>& scratch, int bits, const Key& key) {
   constexpr int digit_bits = 11;

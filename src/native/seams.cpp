@@ -11,9 +11,9 @@ namespace fathom::native {
 
 namespace {
 
-constexpr float max_slope = 0.7f;  // of what goes on beside a surface
+constexpr float max_slope = 0.7f;  // of a neighbour that continues the surface
 
-/// A triangle of a surface, solid behind as far as `depth` (m).
+/// A triangle of a surface, solid behind it down to `depth` (m).
 struct NeighbourTriangle {
   SurfaceTriangle triangle;
   float depth;
@@ -41,7 +41,7 @@ struct NeighbourTriangle {
 
 }  // namespace
 
-/// All in the frame of the piece that is touched.
+/// All in the frame of the touched piece.
 struct SeamNeighbours {
   std::vector<NeighbourSolid> solids;
   std::vector<NeighbourTriangle> triangles;
@@ -60,7 +60,7 @@ struct SeamNeighbours {
 
 namespace {
 
-/// Of what is at `body_in_a` all that the box in A's frame meets; not the child `without`.
+/// Adds all pieces of the body at `body_in_a` that the box in A's frame meets, except the child `without`.
 void add_pieces(const BodyInfo& body, const Pose& body_in_a, const Aabb& box, const Filter& touching, float depth,
                 std::uint32_t without, SeamNeighbours& neighbours) {
   if (has_faces(body.geometry)) return neighbours.solids.push_back({body.geometry, body_in_a});
@@ -85,7 +85,7 @@ void add_pieces(const BodyInfo& body, const Pose& body_in_a, const Aabb& box, co
   }
 }
 
-/// Of A's surface, where the manifold touches it.
+/// The box around the manifold's points on A's surface.
 Aabb around_patch(const Manifold& m, float distance) {
   Aabb box{on_first(m, 0), on_first(m, 0)};
   for (int i = 1; i < m.count; ++i) box = {min(box.lower, on_first(m, i)), max(box.upper, on_first(m, i))};
@@ -103,7 +103,7 @@ std::span<const Vec3> normals_in(const Surface& surface, const Aabb& box) {
   return normals;
 }
 
-/// The neighbour goes on where the surface with this normal ends, up or down by less than 45°: it is no wall.
+/// The neighbour continues where the surface with this normal ends, up or down by less than 45°: it is no wall.
 bool goes_on(const NeighbourSolid& neighbour, Vec3 point, Vec3 normal, float gap) {
   const Vec3 direction = inverse_rotate(neighbour.pose.rotation, normal);
   const Vec3 way = transform(neighbour.pose, support(neighbour.shape, direction)) - point;
@@ -117,13 +117,13 @@ bool goes_on(const NeighbourTriangle& neighbour, Vec3 point, Vec3 normal, float 
 
 }  // namespace
 
-/// Whether the application may say that two bodies do not hold each other.
+/// Whether the application may decide that the two bodies do not collide.
 bool Seams::is_asked_about(std::uint32_t a, std::uint32_t b) const {
   const BodyInfo &of_a = bodies[a], &of_b = bodies[b];
   return of_a.pre_solve || of_b.pre_solve || of_a.custom_filter || of_b.custom_filter;
 }
 
-/// Whether the neighbour holds the body for certain.
+/// Whether the neighbour certainly collides with the body.
 bool Seams::may_rest_on(std::uint32_t slot, std::uint32_t neighbour) const {
   const BodyInfo &body = bodies[slot], &other = bodies[neighbour];
   return !is_asked_about(slot, neighbour) && may_collide(body, other) && !joints.keeps_apart(neighbour, slot) &&
@@ -174,7 +174,7 @@ bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre,
              std::ranges::any_of(normals, [&](Vec3 normal) { return goes_on(n, point, normal, lengths.gap); });
     });
   };
-  // Under a body's face lies more of the surface than what it touches.
+  // A face of the body may cover more of the surface than it touches.
   float farthest = -3e38f;
   for (int i = 0; i < m.count; ++i) farthest = max(farthest, dot(m.normal, on_first(m, i)));
   for (int i = 0; i < m.count; ++i)
@@ -183,7 +183,7 @@ bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre,
   return false;
 }
 
-/// Other bodies that the box, in the frame of the body `slot`, meets, and B with it.
+/// Adds the other fixed bodies that the box, in the frame of the body `slot`, meets, if they collide with B.
 void Seams::add_fixed(std::uint32_t slot, const Pose& pose, const SeamSide& b, const Aabb& box,
                       SeamNeighbours& neighbours) const {
   thread_local std::vector<std::uint32_t> slots;

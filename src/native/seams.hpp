@@ -10,7 +10,7 @@
 
 namespace fathom::native {
 
-/// One of two bodies that touch: which of its children, if it is a compound.
+/// One of two touching bodies, with the child that touches, if it is a compound.
 struct SeamSide {
   std::uint32_t slot;
   std::uint32_t child;
@@ -27,11 +27,11 @@ class Seams {
   const ExcludedPairs& excluded;
   const FixedTree* fixed = nullptr;  ///< null: fewer than two bodies are fixed
 
-  /// What counts of the manifold `m` of two pieces, in the frame of A's; a body that cannot be pushed is A.
+  /// What counts of the manifold `m` of two pieces, in the frame of piece A; an unpushable body is A.
   SeamManifold kept(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, float margin, const Manifold& m) const;
-  /// Whether the manifold of a surface counts, with B's centre in its frame.
+  /// Whether the manifold of a surface counts; `centre`: of B, in its frame.
   bool counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre, const Manifold& m) const;
-  /// Whether there are any beside this body.
+  /// Whether there are fixed bodies besides this one.
   bool may_have(std::uint32_t a) const { return fixed != nullptr && bodies[a].motion == MotionType::fixed; }
 
  private:

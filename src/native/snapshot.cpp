@@ -1,6 +1,6 @@
-// The native simulator's part of a snapshot: everything that the next steps depend on, so that they give the same bits.
-// That includes orders: of contacts, of colours' lists, of leaves in the trees. What follows from the rest is made
-// anew: the set of pairs, boxes of tree nodes, lists of active bodies, blocks of constraints.
+// The native simulator's part of a snapshot: everything that later steps depend on, so that they are bit-identical.
+// That includes orders: of contacts, colours' lists and tree leaves. Derived data is rebuilt: the set of pairs, boxes
+// of tree nodes, lists of active bodies, blocks of constraints.
 #include <algorithm>
 
 #include "native/native_simulator.hpp"
@@ -20,7 +20,8 @@ void BodyState::restore(ByteReader& in, std::size_t slots) {
   for (std::uint32_t slot = 0; slot < slots; ++slot) note_to_solve(slot);
 }
 
-/// The ring of a contact's pair comes back to it, through contacts of the same bodies of which one is the first.
+/// Requires that the ring of a contact's pair is closed and consists of contacts of the same bodies, one of them the
+/// first.
 void ContactGraph::check_ring(ByteReader& in, std::uint32_t index) const {
   const Contact& c = contacts_[index];
   const auto has_child = [&](std::uint32_t slot, std::uint32_t child) {
@@ -167,7 +168,7 @@ void NativeSimulator::restore(ByteReader& in) {
   in(set_changes_, begun_, ended_, ended_by_removal_, hits_, quarantined_, targets_);
   for (const std::uint32_t slot : set_changes_) in.require(slot < state_.size());
   for (const Target& target : targets_) in.require(target.slot < state_.size());
-  // Bodies flagged for a force are listed again.
+  // Lists bodies flagged for a force again.
   for (std::uint32_t slot = 0; slot < state_.size(); ++slot)
     if (state_.flags[slot] & has_force) forced_.push_back(slot);
 }

@@ -37,25 +37,25 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, const
       supports_(def, bodies, state, graph),
       mechanisms_(def, bodies, state, graph) {}
 
-// --- what there is to go over --------------------------------------------------------------------------------
+// --- what a solver iterates over -----------------------------------------------------------------------------
 
-/// What `act` has left for the end of its loop.
+/// Does the work that `act` has left for the end of its loop.
 template <class Act>
 static void end_loop(const Act& act) {
   if constexpr (requires { act.end(); }) act.end();
 }
 
-/// Calls act(slot) for bodies that other threads have moved, fetched ahead of their turn.
+/// Calls act(slot) for bodies moved by other threads, with prefetching.
 template <class Act>
 void ContactSolver::for_each_fetched(std::span<const std::uint32_t> slots, const Act& act) {
   constexpr std::size_t ahead = 8;
-  const Act mine = act;  // where no other thread can see it, and the compiler knows
+  const Act mine = act;  // a local copy: the compiler knows that no other thread can see it
   const bool turns_freely = bodies_.any_anisotropic();
   const auto fetch = [&](std::uint32_t slot) {
     prefetch_to_write(&state_.solver_bodies()[slot]);
     prefetch_to_write(&state_.warm[slot]);
     prefetch_to_read(&state_.motion[slot]);
-    if (!turns_freely) return;  // `step_torque_free_in_contact` needs more
+    if (!turns_freely) return;  // spinning reads more
     prefetch_to_write(&state_.inertia[slot]);
     prefetch_to_read(&state_.poses[slot]);
     prefetch_to_read(&bodies_[slot].inertia);
@@ -78,15 +78,15 @@ class ContactSolver::Everything {
     const std::span<const std::uint32_t> slots = s_.layout_.bodies();
     s_.layout_.for_each_part_of_bodies([&](std::size_t begin, std::size_t end) {
       if (s_.pool_.thread_count() > 1) return s_.for_each_fetched(slots.subspan(begin, end - begin), act);
-      const Act mine = act;                                      // where the compiler knows that nobody else writes it
-      for (std::size_t i = begin; i < end; ++i) mine(slots[i]);  // in the order of memory
+      const Act mine = act;  // a local copy that, as the compiler knows, nothing else writes
+      for (std::size_t i = begin; i < end; ++i) mine(slots[i]);  // in memory order
       end_loop(mine);
     });
   }
 
-  /// Does what was put off.
+  /// Does the postponed work.
   void complete() const {}
-  /// They are among the bodies themselves.
+  /// Stand-ins are among the bodies themselves.
   void move_stand_ins(float) const {}
 
   /// The overflow, then colour by colour.
@@ -100,7 +100,7 @@ class ContactSolver::Everything {
         kernel(s_.wide_, blocks, begin, end);
       });
   }
-  /// Calls act(structure) for structures that are held by their supports.
+  /// Calls act(structure) for structures held by their supports.
   template <class Act>
   void structures(const Act& act) const {
     s_.for_each_number(s_.supports_.all(), act);
@@ -114,8 +114,8 @@ class ContactSolver::Everything {
   ContactSolver& s_;
 };
 
-/// A sweep is a loop over the domains of each division. What concerns single bodies, and contacts with what cannot be
-/// pushed, which come last in a sweep because that is the firmer side, waits for the next loop over the first division.
+/// A sweep is a loop over the domains of each division. Work on single bodies, and contacts with unpushable ones, which
+/// come last in a sweep because that is the firmer side, wait for the next loop over the first division.
 class ContactSolver::InDomains {
  public:
   explicit InDomains(ContactSolver& solver) : s_(solver), layout_(solver.layout_), domains_(solver.graph_.domains()) {}
@@ -137,7 +137,7 @@ class ContactSolver::InDomains {
   template <class Act>
   void structures(const Act& act) const {
     if (s_.supports_.empty()) return;
-    complete();  // structures go through domains, and come after all of a sweep
+    complete();  // structures span domains, and follow a complete sweep
     s_.for_each_number(s_.supports_.all(), act);
   }
   template <class Act>
@@ -154,7 +154,7 @@ class ContactSolver::InDomains {
     if (s_.stand_ins_.any()) put_off([this, h](const Unit& unit) { s_.stand_ins_.move(s_.number_of(unit), h); });
   }
 
-  /// What waits, then act(unit) for each of the first division.
+  /// Does the postponed work, then act(unit), for each unit of the first division.
   template <class Act>
   void for_each_first(const Act& act) const {
     for_each_unit(0, [&](const Unit& unit) {
@@ -165,7 +165,7 @@ class ContactSolver::InDomains {
   }
 
  private:
-  // A closure of the solver's; no std::function, because steps do not allocate.
+  // A closure of the solver; no std::function, because steps do not allocate.
   struct PutOff {
     alignas(16) std::byte closure[160];
     void (*call)(const void* closure, const Unit& unit);
@@ -251,7 +251,7 @@ void ContactSolver::for_each_group(const Act& act) {
   });
 }
 
-/// Calls act(slots) for parts of the bodies that stand-ins are of.
+/// Calls act(slots) for parts of the bodies with stand-ins.
 template <class Act>
 void ContactSolver::for_each_part_of_kinematic(const Act& act) {
   const std::span<const std::uint32_t> slots = layout_.kinematic();
@@ -331,7 +331,7 @@ void ContactSolver::load_group(std::span<const std::uint32_t> slots) {
   }
 }
 
-// Stand-ins move through the step. The bodies themselves are at its end already, for those who look where they get to.
+// Stand-ins move through the step. The bodies themselves are at its end already, for code that reads their targets.
 void ContactSolver::load_kinematic() {
   const BodyIntegration integrate = integration(def_.dt / static_cast<float>(def_.solver.substeps));
   for_each_part_of_kinematic([&](std::span<const std::uint32_t> slots) {
@@ -405,7 +405,7 @@ void ContactSolver::load_body(std::uint32_t slot) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
   if (info.motion != MotionType::dynamic) {
     state_.motion[slot] = {};
-    // A little less than the limits, so that no substep cuts it again: stand-ins keep the velocity they are made with.
+    // Slightly below the limits, so that no substep limits it again: stand-ins keep their initial velocity.
     const SpeedLimits limits = speed_limits(def_.solver.max_linear_speed, h);
     body.linear = limited(v.linear, 0.99999f * limits.linear);
     body.angular = limited(v.angular, 0.99999f * limits.angular);
@@ -415,7 +415,7 @@ void ContactSolver::load_body(std::uint32_t slot) {
   if (state_.flags[slot] & has_force || !info.isotropic || supports_.overloads().any_scaled()) load_extras(slot);
 }
 
-// What most bodies do without, and what would cost them registers.
+// Out of line: most bodies do not need it, and it would cost them registers.
 HWY_NOINLINE void ContactSolver::load_extras(std::uint32_t slot) {
   const BodyInfo& info = bodies_[slot];
   const Quat q = state_.poses[slot].rotation;
@@ -432,7 +432,7 @@ HWY_NOINLINE void ContactSolver::load_extras(std::uint32_t slot) {
   if (supports_.overloads().any_scaled()) add_inertia(slot, 1 / supports_.overloads().inertia_scale(slot));
 }
 
-// Forces stay what they are, so they accelerate less.
+// Forces do not change, so accelerations shrink.
 void ContactSolver::add_inertia(std::uint32_t slot, float inverse_scale) {
   SolverBody& body = state_.solver_bodies()[slot];
   body.inverse_mass *= inverse_scale;
@@ -455,7 +455,7 @@ LoadWatch ContactSolver::load_watch() {
   watch.before = state_.velocities.data(), watch.heaviest = supports_.heaviest();
   watch.unit = length(def_.gravity) * def_.dt;
   watch.dt = def_.dt;
-  // Where loads have added inertia, rows tell nothing of true masses.
+  // With inertia added by loads, rows do not reflect true masses.
   if (!supports_.overloads().any_scaled())
     watch.least = sweep_load(bodies_.min_half_thickness(), watch.stiffness) * watch.unit;
   return watch;
@@ -561,7 +561,7 @@ void ContactSolver::finish_all(const Act& act) {
 
 template <class Act>
 void ContactSolver::finish_domains(const Act& act) {
-  // Each domain of the first division hands back its own impulses, and a share of those across borders.
+  // Each domain of the first division stores its own impulses, and a share of those across borders.
   const std::size_t count = graph_.domains().count(0);
   const Unit* const units = layout_.units().data();
   const std::size_t first = units[count].blocks.begin, across = layout_.blocks() - first;
@@ -576,12 +576,12 @@ void ContactSolver::finish_domains(const Act& act) {
     store(unit.blocks.begin, unit.blocks.end);
     store(first + i * across / count, first + (i + 1) * across / count);
   });
-  // Not before all impulses are stored, which takes the velocities that bodies on both sides of a border began with.
+  // Only after all impulses are stored, which needs the initial velocities of bodies on both sides of a border.
   work.for_each_first([&](const Unit& unit) { act(layout_.bodies(unit)); });
 }
 
-// One thread does everything there is to do with a group, while it is in its cache; those with a body that is not
-// finite wait for the others, and are then solved again.
+// One thread solves a group completely while it is in its cache; groups with a body that is not finite wait for the
+// others and are solved again.
 template <class Act>
 void ContactSolver::solve_groups(const Act& act, const Isolate& isolate) {
   load_kinematic();
@@ -626,7 +626,7 @@ void ContactSolver::finish_group(const Group& group, const Act& act) {
 
 bool ContactSolver::all_finite(std::span<const std::uint32_t> slots) const {
   const SolverBody* const bodies = state_.solver.data() + 1;
-  Quad sum = hn::Zero(QuadTag());  // NaN once there is anything
+  Quad sum = hn::Zero(QuadTag());  // NaN if any body is not finite
   for (const std::uint32_t slot : slots) sum = hn::Add(sum, not_finite(bodies[slot]));
   return hn::AllTrue(QuadTag(), hn::Eq(sum, hn::Zero(QuadTag())));
 }
@@ -648,7 +648,7 @@ void ContactSolver::isolate_failed(std::span<const std::uint32_t> slots, const I
   note_swings();
 }
 
-// Those isolated in this step are loaded like all others.
+// Bodies isolated in this step have been loaded like all others.
 void ContactSolver::hold_isolated(std::span<const std::uint32_t> slots) {
   if (!any_isolated_) return;
   for (const std::uint32_t slot : slots) {
@@ -660,7 +660,7 @@ void ContactSolver::hold_isolated(std::span<const std::uint32_t> slots) {
 
 // --- substeps ------------------------------------------------------------------------------------------------
 
-// What tests ask for is compiled apart, so that nothing is asked where they do not.
+// Fault injection for tests is compiled separately, so that it costs nothing otherwise.
 template <class Work>
 void ContactSolver::substeps(const Work& work) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);

@@ -1,14 +1,13 @@
 // Resolves contacts and moves the bodies in contact through one step.
 //
-// Soft step (Catto, "Solver2D", box2d.org 2024; Box2D v3): in every substep velocities are integrated, last step's
-// impulses act, one sweep pushes bodies apart softly, positions are integrated, and one sweep without bias takes
-// the push-out velocity away again. Three things are ours:
+// Soft step (Catto, "Solver2D", box2d.org 2024; Box2D v3): in every substep velocities are integrated, the last step's
+// impulses act, one sweep pushes bodies apart softly, positions are integrated, and one sweep without bias removes the
+// push-out velocity. Three things are ours:
 //
-// * Warm starting costs one sweep a step, not one a substep. The impulses that a contact would apply again in
-//   the next substep are the accumulated ones, so all contacts of a body together would change its velocity by what
-//   they changed it by in this substep. That sum is carried per body (`WarmStart`) and added as if it were an
-//   acceleration. For a body without contacts it is exactly zero.
-// * Sweeps are in the manifold's own frame (see solver_kernels.cpp).
+// * Warm starting costs one sweep per step, not per substep. A contact would apply its accumulated impulses again in
+//   the next substep, so all contacts of a body together would repeat the velocity change of this substep. That sum is
+//   carried per body (`WarmStart`) and added like an acceleration. For a body without contacts it is exactly zero.
+// * Sweeps work in the manifold's own frame (see solver_kernels.cpp).
 // * Where sweeps are too soft, structures are held by a direct solution (dynamics/support.hpp).
 #pragma once
 
@@ -34,7 +33,7 @@ namespace fathom::native {
 
 struct BodyIntegration;
 
-/// What a substep carries over of the impulses before it: nothing, W brought up to date, or W as it is.
+/// What a substep carries over of earlier impulses: nothing, W brought up to date, or W as it is.
 enum class Carry { nothing, to_date, as_is };
 
 using Isolate = std::function<void(std::span<const std::uint32_t>)>;
@@ -44,31 +43,31 @@ class ContactSolver {
   ContactSolver(const WorldDef& def, const BodyTable& bodies, const JointTable& joints, BodyState& state,
                 ContactGraph& graph, ThreadPool& pool);
 
-  /// The contacts, and what finds their touches.
+  /// The constraints and their persistent data, including what touch detection needs.
   Constrained constrained();
 
-  // What other ways to go through the contacts share: bodies `in_contact` to and from `BodyState::solver`.
+  // Shared with other ways to iterate over contacts: bodies `in_contact` to and from `BodyState::solver`.
   void load_bodies(std::span<const std::uint32_t> in_contact);
   void carry_impulses(std::span<const std::uint32_t> in_contact, float h);
   void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
-  /// Whether contacts are laid out by domains, which need to know no neighbours.
+  /// Whether contacts are laid out by domains, which needs no neighbourhood.
   bool may_use_domains() const { return layout_.may_use_domains(); }
-  /// Lays out blocks of constraints, neighbours together, and finds the structures that sweeps are too soft for, in the
-  /// step with this number.
+  /// Lays out blocks of constraints, neighbours together, and finds the structures that sweeps are too soft for.
+  /// `step`: number of the step.
   void lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step);
   /// Gathers what the sweeps read, unless `solve` will do that group by group.
   void build();
-  /// All substeps; hands the impulses back to the contacts and calls act(slots), by any thread, for parts of the bodies
-  /// in contact, for which `BodyState::solver` then holds velocities and movement of the step.
+  /// All substeps; stores the impulses to the contacts and calls act(slots), on any thread, for parts of the bodies in
+  /// contact, for which `BodyState::solver` then contains the step's velocities and movement.
   ///
-  /// Where bodies come out that are not finite, nothing of it counts: isolate(slots) makes them obstacles that stay
-  /// where they are, and all that could have noticed them is solved again from the beginning of the step, until none is
-  /// left. So it goes on as if they had been taken out before.
+  /// If any body comes out not finite, the result is discarded: isolate(slots) turns such bodies into obstacles that
+  /// stay where they are, and all that could have been affected is solved again from the beginning of the step, until
+  /// every body is finite. The result is as if they had been removed before.
   void solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate);
 
-  /// Those of the bodies whose solver state is not finite.
+  /// The bodies whose solver state is not finite.
   std::span<const std::uint32_t> find_failed(std::span<const std::uint32_t> slots);
 
   /// For snapshots.
@@ -89,8 +88,8 @@ class ContactSolver {
   using Group = ConstraintLayout::Group;
   using Unit = ConstraintLayout::Unit;
 
-  /// What a solver goes over in every substep: all bodies and colours, by all threads, in domains or colour by colour,
-  /// or those of a group.
+  /// What a solver iterates over in every substep: all bodies and colours, on all threads, by domain or colour by
+  /// colour, or those of a group.
   class Everything;
   class InDomains;
   class OneGroup;
@@ -105,14 +104,14 @@ class ContactSolver {
   std::size_t number_of(const Unit& unit) const { return static_cast<std::size_t>(&unit - layout_.units().data()); }
   template <class Act>
   void for_each_part_of_kinematic(const Act& act);
-  /// Contacts may be overloaded, and have lifts.
+  /// Whether contacts may be overloaded and have lifts.
   bool watches_loads() const;
   LoadWatch load_watch();
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();
   BodiesView view();
-  /// Joints to fixed bodies come after those between moving ones in a sweep, axles with their drives after gears.
-  /// Without the last word a gear gives way to them, and what is driven through it never comes to an even speed.
+  /// In a sweep, joints to fixed bodies come after those between moving ones: axles with their drives after gears.
+  /// Without the last word a gear yields to them, and what it drives never reaches an even speed.
   bool couplings_follow() const { return joints_.coupling_count() > 0; }
   const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);
@@ -125,7 +124,7 @@ class ContactSolver {
   void build_in_domains();
   void prepare_all();
   std::size_t prepare_group(const Group& group);
-  /// All substeps of all bodies; whether all came out finite.
+  /// All substeps of all bodies; returns whether all came out finite.
   bool solve_all();
   template <class Act>
   void solve_groups(const Act& act, const Isolate& isolate);
@@ -144,10 +143,10 @@ class ContactSolver {
   void solve_soft(const Work& work, float h);
   template <bool fails, class Work>
   void solve_impulse(const Work& work, float h);
-  /// Bounces, and velocities integrated.
+  /// Bounces, then integrates velocities.
   template <class Work>
   void begin_substep(const Work& work, const BodyIntegration& integrate, SweepParameters parameters, bool first);
-  /// Impulses of a substep's beginning: those of the step before, or none without warm starting.
+  /// Applies the impulses at the start of a substep: the last step's, or none without warm starting.
   template <class Work>
   void begin_impulses(const Work& work, float h, bool first_substep);
   template <class Work>
@@ -164,7 +163,7 @@ class ContactSolver {
   ThreadPool& pool_;
   const SolverKernels& wide_;
   const SolverKernels& single_;
-  LargeArray<std::byte> block_memory_;  // the thread that prepares a block touches it first
+  LargeArray<std::byte> block_memory_;  // first touched by the thread that prepares each block
   std::vector<float> bounces_;
   BlockArray wide_blocks_, single_blocks_;
   std::size_t single_count_ = 0;
@@ -178,7 +177,7 @@ class ContactSolver {
   std::mutex failed_mutex_;
   bool any_isolated_ = false;           // in this step
   std::atomic<bool> any_fast_ = false;  // of the bodies loaded so far in this step
-  // Counted by all threads, who read what is above.
+  // Counted by all threads, which read the members above.
   alignas(2 * 64) std::atomic<std::size_t> point_count_ = 0;
 };
 

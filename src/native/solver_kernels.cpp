@@ -1,12 +1,12 @@
-// Constraints in vector lanes: one is one lane, and a colour's lanes share no body. The law of contacts is in
-// dynamics/contact-inl.hpp, those of joints beside it.
+// Constraints in vector lanes: one constraint per lane; the constraints of a colour share no body. The law of contacts
+// is in dynamics/contact-inl.hpp, those of joints beside it.
 //
-// Lanes are independent and each goes through the same operations whatever the width, so results do not
-// depend on the instruction set. Where a block skips work that would add zero to all its lanes, only the sign of
-// a zero can differ, and states are published without negative zeros.
+// Lanes are independent, and the operations of each do not depend on the width, so results do not depend on the
+// instruction set. Where a block skips work that would add zero to all its lanes, only the sign of a zero can differ,
+// and states are published without negative zeros.
 
 #define HWY_DISABLE_PCLMUL_AES
-// Vectors of a length known at compile time alone: no SVE.
+// Only vectors with a length known at compile time: no SVE.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "native/solver_kernels.cpp"
@@ -31,7 +31,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
 
-/// `carried_slide` of lanes where A moves as it is told. Apart from the rest, so that blocks without pay nothing.
+/// `carried_slide` of lanes with a kinematic A. Out of line, so that other blocks pay nothing.
 template <class B, class V>
 HWY_NOINLINE Vec3V<V> carried_slide_of_moving(const ContactAxesOf<V>& axes, const B& bodies, float lead) {
   const hn::DFromV<V> d;
@@ -42,7 +42,7 @@ HWY_NOINLINE Vec3V<V> carried_slide_of_moving(const ContactAxesOf<V>& axes, cons
   return {hn::IfThenElseZero(moves, sum.x), hn::IfThenElseZero(moves, sum.y), hn::IfThenElseZero(moves, sum.z)};
 }
 
-/// Adds the `surface_slide` of lanes on moving surfaces, of others zero.
+/// Adds the `surface_slide` of lanes on moving surfaces; it is zero in others.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Vec3V<V> with_surfaces(const Block<D>& block, Vec3V<V> slide) {
   if (HWY_UNLIKELY(block.header().moving_surface)) return slide + block.get3(surface_x);
@@ -60,7 +60,7 @@ HWY_INLINE V sweep_friction(const Block<D>& block, const ContactAxesOf<V>& axes,
   });
 }
 
-/// Of lanes whose bit is not set.
+/// Zeroes the impulses of lanes whose bit is not set.
 template <class D>
 HWY_NOINLINE void forget_impulses(Block<D> block, const std::uint8_t* bits) {
   for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {
@@ -76,7 +76,7 @@ HWY_INLINE void store_contact_bodies(const Block<D>& block, B& bodies, hn::Vec<D
   store_bodies(block, bodies, sums, [&](const std::uint8_t* finite) HWY_ATTR { forget_impulses(block, finite); });
 }
 
-/// The step of a block's sweep; `held`: some lanes are held directly.
+/// Parameters of a block's sweep; `held`: some lanes are held directly.
 template <ContactPass pass, bool held, class D, class B, class V = hn::Vec<D>>
 HWY_INLINE ContactStepOf<V> contact_step(const Block<D>& block, const B& bodies, const SweepParameters& p) {
   const D d;
@@ -108,7 +108,7 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   store_contact_bodies(block, bodies, sums);
 }
 
-/// Rolling resistance; `warm` applies the impulses of the last step. Apart from the sweeps, because few blocks have it.
+/// Rolling resistance; `warm` applies the last step's impulses. Separate from the sweeps, because few blocks have it.
 template <bool warm, class D, bool fixed_a, bool isotropic>
 HWY_INLINE void roll_block(const Block<D>& block, SolverBody* all) {
   using V = hn::Vec<D>;
@@ -157,7 +157,7 @@ HWY_INLINE void prefetch_bodies(const Block<D>& block, const SolverBody* bodies)
   for (std::size_t i = 0; i < h.lanes; ++i) prefetch_to_write(bodies + block.a()[i]);
 }
 
-/// Calls act(block) for each of them, while the bodies of the next one come from wherever another thread has left them.
+/// Calls act(block) for each block, prefetching the bodies of the next one, which another thread may have written.
 template <class D, class Act>
 HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end, const SolverBody* bodies,
                            const Act& act) {
@@ -174,7 +174,7 @@ HWY_NOINLINE void roll(const Block<D>& block, SolverBody* all) {
                        HWY_ATTR { roll_block<warm, D, fixed_a.value, isotropic.value>(block, all); });
 }
 
-/// Apart from the others, which would pay for it in registers.
+/// Out of line, because it would cost other sweeps registers.
 template <ContactPass pass, class D>
 HWY_NOINLINE void sweep_held(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   by_bodies(block, [&](auto fixed_a, auto isotropic)
@@ -354,7 +354,7 @@ SolverKernels make_kernels(const char* name) {
 }
 
 SolverKernels wide() { return make_kernels<hn::ScalableTag<float>>(hwy::TargetName(HWY_TARGET)); }
-#if HWY_TARGET == HWY_STATIC_TARGET  // nobody asks others for it, and it would take a quarter of the time to build
+#if HWY_TARGET == HWY_STATIC_TARGET  // no other target uses it, and it would take a quarter of the build time
 SolverKernels single() { return make_kernels<hn::CappedTag<float, 1>>("single"); }
 #endif
 
@@ -391,12 +391,12 @@ const SolverKernels* selected = nullptr;
 
 }  // namespace
 
-// Those that the solver has are of the inertia that loads have added.
+// From the table: the solver's masses include inertia added by loads.
 float LoadWatch::inverse_mass(std::uint32_t slot) const {
   return bodies[slot].inverse_mass > 0 ? (*table)[slot].inverse_mass : 0.0f;
 }
 
-// Half the thickness (m) of the thinner one of those that can be pushed.
+// Half the thickness (m) of the thinner pushable body.
 float LoadWatch::thinner_half(std::uint32_t a, std::uint32_t b) const {
   float thinner = 1e30f;
   for (const std::uint32_t slot : {a, b})

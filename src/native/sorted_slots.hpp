@@ -1,4 +1,4 @@
-// Ascending lists of slots in which each is once.
+// Ascending lists of distinct slots.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ inline bool has_slot(const std::vector<std::uint32_t>& slots, std::uint32_t slot
   return std::ranges::binary_search(slots, slot);
 }
 
-/// Whether it was not there.
+/// Returns whether the slot is new.
 inline bool insert_slot(std::vector<std::uint32_t>& slots, std::uint32_t slot) {
   const auto at = std::ranges::lower_bound(slots, slot);
   if (at != slots.end() && *at == slot) return false;
@@ -19,7 +19,7 @@ inline bool insert_slot(std::vector<std::uint32_t>& slots, std::uint32_t slot) {
   return true;
 }
 
-/// Whether it was there.
+/// Returns whether the slot was in the list.
 inline bool erase_slot(std::vector<std::uint32_t>& slots, std::uint32_t slot) {
   const auto at = std::ranges::lower_bound(slots, slot);
   if (at == slots.end() || *at != slot) return false;

@@ -9,7 +9,7 @@ namespace fathom::native {
 
 namespace {
 
-/// Below so many a body does better alone.
+/// Below this number a body is faster alone.
 constexpr std::size_t min_lanes = 3;
 
 void spin_alone(const SpinningBodies& all, std::uint32_t slot, float h) {
@@ -51,7 +51,7 @@ void spin_in_contact(const SpinningBodies& all, std::span<const std::uint32_t> s
     return;
   }
   const auto slot = [&](std::size_t lane) { return slots[lane < slots.size() ? lane : 0]; };
-  // The halves of cache lines that have what turns, see dynamics/solver_body.hpp.
+  // The halves of cache lines with rotational data, see dynamics/solver_body.hpp.
   const auto velocities = [&](std::size_t lane) { return &all.bodies[slot(lane)].linear.x; };
   const auto ways = [&](std::size_t lane) { return &all.bodies[slot(lane)].moved.x; };
   const auto references = [&](std::size_t lane) { return &all.warm[slot(lane)].linear_reference.x; };

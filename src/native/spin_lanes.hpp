@@ -1,5 +1,5 @@
-// Bodies in contact with several principal moments, which turn in a substep (dynamics/rotation-inl.hpp), eight side by
-// side: each gets the bits that it would get alone.
+// Rotates anisotropic bodies in contact by a substep (dynamics/rotation-inl.hpp), eight side by side; each result is
+// bit-identical to that of the body alone.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,17 @@ namespace fathom::native {
 
 inline constexpr std::size_t spin_lanes = 8;
 
-/// By slot.
+/// Arrays by slot.
 struct SpinningBodies {
   const BodyTable& table;
   SolverBody* bodies;
   WarmStart* warm;
   WorldInertia* inertia;
   const Pose* poses;          ///< as the step began
-  const std::uint8_t* flags;  ///< which of them have joints; null where none has
+  const std::uint8_t* flags;  ///< which bodies have joints; null if none has
 };
 
-/// Turns those in at most eight slots by a substep of length h (s).
+/// Rotates the bodies in at most eight slots by a substep of length h (s).
 void spin_in_contact(const SpinningBodies& all, std::span<const std::uint32_t> slots, float h);
 
 }  // namespace fathom::native

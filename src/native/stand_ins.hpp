@@ -1,9 +1,9 @@
-// Kinematic bodies where groups and domains (constraint_layout.hpp) are solved.
+// Stand-ins of kinematic bodies for groups and domains (constraint_layout.hpp).
 //
-// Nothing pushes a kinematic body, so it bounds islands and domains as fixed bodies do. But it moves on from substep to
-// substep, and groups and domains do not keep step with each other. So each of these *parts* has stand-ins for those
-// kinematic bodies that its constraints touch, and moves them on with its own bodies: all by the same operations, so
-// that they are where the body itself would be.
+// Nothing pushes a kinematic body, so it bounds islands and domains like a fixed one. But it moves from substep to
+// substep, and groups and domains do not run in step. So each such *part* has stand-ins for the kinematic bodies that
+// its constraints touch, and moves them with its own bodies, all by the same operations, so that they are where the
+// body itself would be.
 #pragma once
 
 #include <cstddef>
@@ -20,19 +20,19 @@ class StandIns {
  public:
   explicit StandIns(BodyState& state) : state_(state) {}
 
-  /// Makes room for those of each part: groups, or domains of the first division. They are entries of
-  /// `BodyState::solver` behind those of the slots.
+  /// Makes room for the stand-ins of each part: a group, or a domain of the first division. They are entries of
+  /// `BodyState::solver` after those of the slots.
   void lay_out(const ConstraintLayout& layout);
   bool any() const { return !parts_.empty(); }
 
-  // By the thread that has the part.
+  // By the part's thread.
 
-  /// Makes stand-ins of the bodies that move, as they are loaded, and puts them into the part's blocks, which have just
-  /// been prepared.
+  /// Makes stand-ins of the moving bodies as loaded, and puts them into the part's blocks, which must have just been
+  /// prepared.
   void make(std::size_t part, BlockArray blocks);
   /// Moves them on by a substep of length h (s).
   void move(std::size_t part, float h);
-  /// Puts the bodies themselves back into the blocks.
+  /// Restores the bodies themselves in the blocks.
   void remove(std::size_t part, BlockArray blocks);
 
   std::size_t memory_bytes() const {
@@ -52,7 +52,7 @@ class StandIns {
 
   BodyState& state_;
   std::size_t width_ = 0;
-  std::vector<Part> parts_;           // none where no body is kinematic
+  std::vector<Part> parts_;           // empty if no body is kinematic
   std::vector<std::uint32_t> slots_;  // of the bodies, by stand-in
 };
 

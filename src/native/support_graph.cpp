@@ -12,7 +12,7 @@ namespace fathom::native {
 
 namespace {
 
-/// True where some point of the manifold touches.
+/// True if any point of the manifold touches.
 bool touches(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b) {
   const Vec3 normal = rotate(pose_a.rotation, m.normal), between = pose_b.position - pose_a.position;
   const int count = m.point_count();
@@ -82,22 +82,22 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
   return had_any || !members_.empty();
 }
 
-// What only a search needs is worth its memory where there are structures to search again.
+// Memory of the search alone is kept only while there are structures to search again.
 void SupportGraph::give_back_search() {
   std::vector<Link>().swap(links_);
   std::vector<Node>().swap(nodes_);
   for (std::vector<std::uint32_t>* list : {&links_of_, &queue_}) std::vector<std::uint32_t>().swap(*list);
 }
 
-/// Calls act(index, contact) for contacts that have a colour, in the order of colours' lists.
+/// Calls act(index, contact) for coloured contacts, in the order of colours' lists.
 template <class Act>
 void SupportGraph::for_each_contact(const Act& act) const {
   for (int colour = 0; colour < colour_count; ++colour)
     graph_.for_each_of_colour(colour, [&](std::uint32_t index) { act(index, graph_[index]); });
 }
 
-// What can be pushed and has a coloured contact is among those in contact, so no other number is read. Bodies that
-// touch nothing cost nothing.
+// A pushable body with a coloured contact is among those in contact, so no other number is read. Bodies without
+// contacts cost nothing.
 void SupportGraph::number(std::span<const std::uint32_t> in_contact) {
   grow_to(numbers_, state_.size());
   grow_to(nodes_, in_contact.size());
@@ -124,7 +124,7 @@ void SupportGraph::join(std::uint32_t a, std::uint32_t b) {
   nodes_[std::max(a, b)].parent = std::min(a, b);
 }
 
-// Contacts that touch without being hits, and for each body those that it has with others that can be pushed.
+// Lists contacts that touch and are not hits, and for each body its contacts with pushable ones.
 void SupportGraph::list_links() {
   const auto is_hit = [&](std::uint32_t index, const Contact& c) {
     Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
@@ -144,7 +144,7 @@ void SupportGraph::list_links() {
     }
     const std::uint32_t a = node_of(c.a), b = node_of(c.b);
     links_.push_back({a, b});
-    ++nodes_[a].end_link, ++nodes_[b].end_link;  // a count at first
+    ++nodes_[a].end_link, ++nodes_[b].end_link;  // a count until summed below
     join(a, b);
   });
   std::uint32_t end = 0;
@@ -166,7 +166,7 @@ void SupportGraph::for_each_neighbour(std::uint32_t node, const Act& act) const 
   }
 }
 
-// A breadth-first search from what cannot be pushed.
+// A breadth-first search from unpushable bodies.
 void SupportGraph::find_levels() {
   queue_.clear();
   for (const Link& l : links_) {
@@ -185,8 +185,8 @@ void SupportGraph::find_levels() {
   }
 }
 
-// Loads from the top level down, each body's shared out evenly among its supports. A structure is overloaded where one
-// of its contacts is.
+// Sums loads from the top level down; each body's load is divided evenly among its supports. A structure is overloaded
+// if any of its contacts is.
 void SupportGraph::add_up_loads(float stiffness) {
   for (const std::uint32_t node : queue_) nodes_[node].load = bodies_[nodes_[node].slot].mass;
   const auto is_too_much = [&](float load, const BodyInfo& upper, const BodyInfo* lower) {
@@ -214,7 +214,7 @@ void SupportGraph::add_up_loads(float stiffness) {
   }
 }
 
-// Levels of other structures are forgotten.
+// Drops the levels of other structures.
 void SupportGraph::keep_overloaded(const Overloads& overloads) {
   if (overloads.any())
     for (std::uint32_t i = 0; i < nodes_.size(); ++i)
@@ -242,7 +242,7 @@ void SupportGraph::publish_levels() {
   }
 }
 
-// Members by structure, level and slot; their supports by contact.
+// Members are sorted by structure, level and slot; their supports by contact.
 void SupportGraph::build() {
   is_built_ = true;
   members_.clear();

@@ -1,8 +1,8 @@
-// Which bodies are held by the direct solution of supports (dynamics/support.hpp), and in which order.
+// Which bodies the direct solution of supports holds (dynamics/support.hpp), and in which order.
 //
-// Sweeps hold what is light and low. Where a contact carries more than they can (`sweep_load`), all bodies that press
-// on each other there make a *structure*, and each of its bodies has a *level*: the number of contacts down to
-// something that cannot be pushed. A body's supports are its contacts with bodies of lower level.
+// Sweeps hold light and low structures. Where a contact carries more than they can (`sweep_load`), all bodies that
+// press on each other there form a *structure*, and each of its bodies has a *level*: the number of contacts down to
+// something unpushable. A body's supports are its contacts with bodies of lower level.
 #pragma once
 
 #include <cstdint>
@@ -25,12 +25,12 @@ class SupportGraph {
     std::uint32_t first_support, support_count;  ///< in `supports`
     std::uint32_t first_load, load_count;        ///< in `loads`
   };
-  /// A contact through which a member rests on another, or on something that cannot be pushed.
+  /// A contact by which a member lies on another, or on something unpushable.
   struct Support {
     std::uint32_t contact;
     std::uint32_t upper;
     std::uint32_t lower;  ///< member, or `none`
-    std::uint32_t base;   ///< slot of what cannot be pushed, where `lower` is none
+    std::uint32_t base;   ///< slot of the unpushable body, if `lower` is none
     bool b_is_upper;
   };
   /// Members that press on each other, by level and slot.
@@ -41,24 +41,23 @@ class SupportGraph {
   SupportGraph(const BodyTable& bodies, const BodyState& state, const ContactGraph& graph)
       : bodies_(bodies), state_(state), graph_(graph) {}
 
-  /// Finds structures among the bodies in contact, with `stiffness` as `sweep_load` has it. Returns true where they are
-  /// other than before.
+  /// Finds structures among the bodies in contact; `stiffness` as for `sweep_load`. Returns true if they have changed.
   bool update(std::span<const std::uint32_t> in_contact, const Overloads& overloads, float stiffness,
               std::uint64_t step);
-  /// Levels are found anew in the next step.
+  /// Levels are found again in the next step.
   void forget_levels() { levelled_at_ = 0; }
-  /// Structures are not looked for before this step, but for those there are: all were coming down.
+  /// Suspends the search for new structures until this step: all were coming down.
   void rest_until(std::uint64_t step) { resume_at_ = step; }
 
   bool empty() const { return members_.empty(); }
-  /// By slot; 0 where a body is no member.
+  /// By slot; 0 for bodies that are no members.
   const std::uint16_t* levels() const { return levels_.data(); }
-  /// By slot (kg), of the heaviest body of the overloaded structure that a body is in; 0 where it is in none.
+  /// By slot (kg), mass of the heaviest body in the body's overloaded structure; 0 for bodies in none.
   std::span<const float> heaviest() const { return heaviest_; }
   std::span<const Structure> structures() const { return structures_; }
   std::span<const Member> members() const { return members_; }
   std::span<const Support> supports() const { return supports_; }
-  /// Supports that a member is the lower body of.
+  /// Supports of which the member is the lower body.
   std::span<const std::uint32_t> loads(const Member& m) const { return {loads_.data() + m.first_load, m.load_count}; }
   std::size_t memory_bytes() const;
 
@@ -66,7 +65,7 @@ class SupportGraph {
   static void archive(Self& s, Archive& a) {
     a(s.levels_, s.heaviest_, s.levelled_at_, s.resume_at_, s.search_at_);
   }
-  /// Levels are as they were; structures are made of them by the next `update`.
+  /// Levels have been read; the next `update` builds structures from them.
   void restored(ByteReader& in, std::size_t slots);
 
  private:
@@ -95,7 +94,7 @@ class SupportGraph {
   const BodyTable& bodies_;
   const BodyState& state_;
   const ContactGraph& graph_;
-  // By slot, both empty where no body has a level.
+  // By slot, both empty if no body has a level.
   std::vector<std::uint16_t> levels_;  // 0: no member
   std::vector<float> heaviest_;
   std::vector<std::uint32_t> levelled_;  // slots whose entries are not 0
@@ -107,23 +106,23 @@ class SupportGraph {
   std::vector<Member> members_;
   std::vector<Support> supports_;
   std::vector<std::uint32_t> loads_;
-  /// A body in contact, in one search.
+  /// A body in contact, during one search.
   struct Node {
     std::uint32_t slot;
-    std::uint32_t parent;                ///< towards the root of what it presses on
+    std::uint32_t parent;                ///< towards the root of its structure
     std::uint32_t first_link, end_link;  ///< of `links_of_`
-    std::uint32_t base_links;            ///< contacts with what cannot be pushed
+    std::uint32_t base_links;            ///< contacts with unpushable bodies
     std::uint32_t member;                ///< of `members_`
-    float load;                          ///< of the body and all that it carries (kg)
+    float load;                          ///< of the body and all it carries (kg)
     float heaviest;                      ///< of a root (kg), see `heaviest`
     std::uint16_t level;
     bool is_overloaded;  ///< of a root
   };
-  /// A contact that touches, between nodes; `a` is `none` where it cannot be pushed.
+  /// A touching contact between nodes; `a` is `none` if unpushable.
   struct Link {
     std::uint32_t a, b;
   };
-  LargeArray<std::uint32_t> numbers_;  // by slot, of nodes; anything where a body is not in contact
+  LargeArray<std::uint32_t> numbers_;  // node numbers by slot; arbitrary for bodies not in contact
   std::vector<Node> nodes_;
   std::vector<Link> links_;
   std::vector<std::uint32_t> links_of_;  // of each node

@@ -51,8 +51,8 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   choose_held(step);
 }
 
-// What becomes part of a structure counts as held at once: springs that gave way under the load that a solution gave
-// their contacts would let go of it again.
+// New members of a structure count as held at once: otherwise springs yielding to the load that a solution gave their
+// contacts would release it again.
 void SupportSolver::choose_held(std::uint64_t step) {
   make_room(held_, state_.size());
   held_.resize(state_.size(), not_a_member);
@@ -74,7 +74,7 @@ void SupportSolver::choose_held(std::uint64_t step) {
   }
 }
 
-/// True where a structure was solved, and not held at all.
+/// True if a structure was solved but not held at all.
 bool SupportSolver::was_in_vain(const SupportGraph::Structure& s) const {
   return std::all_of(last_held_.begin() + s.first, last_held_.begin() + s.end, [](float held) { return held == 0; });
 }
@@ -90,7 +90,7 @@ void SupportSolver::find_lanes(const ConstraintLayout& layout) {
   for (std::size_t i = 0; i < lanes_.size(); ++i) lanes_[i] = lane_of_[support_graph_.supports()[i].contact];
 }
 
-// A structure is part of an island, and so of one group: that of its first support's block.
+// A structure is part of an island, hence of one group: that of its first support's block.
 void SupportSolver::order_by_group(const ConstraintLayout& layout) {
   const auto lane = [&](std::uint32_t structure) {
     return lanes_[member(support_graph_.structures()[structure].first).first_support];
@@ -123,7 +123,7 @@ void SupportSolver::prepare(std::uint32_t structure, const SolverKernels& kernel
   }
 }
 
-/// False where a structure stands on things that move differently, or touches a body that is isolated.
+/// False if a structure stands on bodies that move differently, or touches an isolated body.
 bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) const {
   bool any = false;
   for (std::uint32_t i = s.first; i < s.end; ++i) {
@@ -146,7 +146,7 @@ bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) cons
   return any;
 }
 
-/// Adds to the motion of what stands on a moving surface the surface's. False where that goes through the contact.
+/// Adds the surface's motion to that of what stands on it. False if that motion is through the contact.
 bool SupportSolver::goes_along(std::uint32_t contact, Base& base) const {
   const fathom::native::Contact& c = graph_[contact];
   const Vec3 slide = graph_.surface_slide(contact);
@@ -175,7 +175,7 @@ void SupportSolver::load_body(std::uint32_t i, const Base& base) {
   b.mass = 0;
   if (!(body.inverse_mass > 0)) return;
   b.mass = 1 / body.inverse_mass;
-  // On the chord of the step's way.
+  // Along the chord of the step's path.
   const Vec3 arm = state_.poses[slot].position - base.position;
   b.target_linear =
       base.linear + cross(base.angular, arm) + carried_speed<float>(arm, (0.5f * def_.dt) * base.angular, base.angular);
@@ -244,7 +244,7 @@ ContactImpulses SupportSolver::impulses(const LaneFields& f, int count) {
 
 // --- solve ---------------------------------------------------------------------------------------------------
 
-/// The supports of a member that act.
+/// The active supports of a member.
 class SupportSolver::SupportsOf {
  public:
   SupportsOf(SupportSolver& solver, const SupportGraph::Member& m) : s_(solver) {
@@ -346,7 +346,7 @@ void SupportSolver::end_step(std::uint64_t step, bool any_isolated) {
   if (std::none_of(structures_.begin(), structures_.end(), is_held)) support_graph_.rest_until(step + steps_to_resume);
 }
 
-// --- the rest ------------------------------------------------------------------------------------------------
+// --- the remainder -------------------------------------------------------------------------------------------
 
 void SupportSolver::restore(ByteReader& in, std::size_t slots) {
   archive(*this, in);

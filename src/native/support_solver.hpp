@@ -20,37 +20,37 @@ class SupportSolver {
       : def_(def), bodies_(bodies), state_(state), graph_(graph), support_graph_(bodies, state, graph) {}
 
   Overloads& overloads() { return overloads_; }
-  /// ω² / g of contacts, as `sweep_load` has it (1/m); 0 where nothing weighs.
+  /// ω² / g of contacts, as for `sweep_load` (1/m); 0 without gravity.
   float stiffness() const;
 
-  /// Finds structures among the bodies in contact, and where the layout has their constraints. `has_moved`: the layout
-  /// is another than in the last step.
+  /// Finds structures among the bodies in contact, and their constraints in the layout. `has_moved`: the layout has
+  /// changed since the last step.
   void update(std::span<const std::uint32_t> in_contact, const ConstraintLayout& layout, bool has_moved,
               std::uint64_t step);
 
   bool empty() const { return structures_.empty(); }
-  /// By number, all of them, or those of a group.
+  /// Structure numbers: all, or those of a group.
   std::span<const std::uint32_t> all() const { return order_; }
   std::span<const std::uint32_t> of_group(std::size_t group) const {
     if (order_.empty()) return {};
     return {order_.data() + first_of_group_[group], order_.data() + first_of_group_[group + 1]};
   }
-  /// By slot, how far a body's structure was held in the last step; below 0 where it is in none. Null where none is.
+  /// By slot, how far a body's structure was held in the last step; below 0 for bodies in none. Null if there are none.
   const float* held() const { return empty() ? nullptr : held_.data(); }
 
   const std::uint16_t* levels() const { return support_graph_.levels(); }
   std::span<const float> heaviest() const { return support_graph_.heaviest(); }
 
-  /// Reads what a step's solutions have in common, once blocks are prepared. `h`: a substep (s).
+  /// Reads what a step's solutions share, once blocks are prepared. `h`: a substep (s).
   void prepare(std::uint32_t structure, const SolverKernels& kernels, BlockArray blocks, float h);
-  /// Takes the structure to its common motion, as far as its contacts can.
+  /// Brings the structure to its common motion, as far as its contacts can.
   void solve(std::uint32_t structure);
-  /// The step is solved again without these bodies, which are isolated by now; so are their structures, as they will be
-  /// in later steps.
+  /// The step is solved again without these bodies, isolated just before; their structures are not held, as in later
+  /// steps.
   void let_go(std::span<const std::uint32_t> isolated_slots);
   /// After the last substep.
   void finish(std::uint32_t structure);
-  /// After all structures of the step with this number, in which bodies may have been isolated.
+  /// After all structures of the step with this number; bodies may have been isolated in it.
   void end_step(std::uint64_t step, bool any_isolated);
 
   std::size_t memory_bytes() const;
@@ -108,13 +108,13 @@ class SupportSolver {
   Overloads overloads_;
   SupportGraph support_graph_;
   std::vector<float> held_;                // by slot
-  std::vector<std::uint32_t> held_slots_;  // whose `held_` may be of a member
+  std::vector<std::uint32_t> held_slots_;  // whose `held_` may differ from `not_a_member`
   std::vector<float> last_held_;           // by member, in the last step
   struct StructureState {
     bool is_held = false;
-    float part = 0;  ///< of the last solution that was possible
+    float part = 0;  ///< of the last possible solution
     float held = 0;  ///< see `part_held`
-    float fall = 0;  ///< m/s, what gravity gives in a substep
+    float fall = 0;  ///< m/s, velocity from gravity in a substep
     Base base;
   };
   std::vector<StructureState> structures_;

@@ -1,11 +1,11 @@
-// Sweep-and-sort (dissertation, section 3.3.1; Liu et al., "Real-time Collision Culling of a Million Bodies on
-// Graphics Processing Units", 2010). The extrema of every box are projected on one axis with components ≥ 0, so that
-// boxes that overlap have overlapping intervals there (conditions 3.3–3.6). The list of minima stays almost
-// sorted from step to step, which insertion sort exploits; then every body sweeps forward from its minimum to its
-// maximum, bodies being shared out among threads.
+// Sweep-and-sort (dissertation, section 3.3.1; Liu et al., "Real-time Collision Culling of a Million Bodies on Graphics
+// Processing Units", 2010). The extrema of every box are projected on one axis with components ≥ 0, so that overlapping
+// boxes have overlapping intervals (conditions 3.3–3.6). The list of minima stays almost sorted from step to step,
+// which insertion sort exploits; then every body sweeps forward from its minimum to its maximum, with bodies divided
+// among threads.
 //
-// A sea floor's interval covers everybody's. Bodies with intervals much longer than the median (at most 32 of
-// them) are therefore left out of the list and tested against all others directly.
+// A sea floor's interval covers all others. Bodies with intervals much longer than the median (at most 32) are
+// therefore left out of the list and tested against all others directly.
 #include <algorithm>
 
 #include "native/broad_phase.hpp"
@@ -57,7 +57,7 @@ class SweepBroadPhase : public BroadPhase {
     return sorted_.capacity() * sizeof(Interval) + wide_.capacity() * sizeof(std::uint32_t);
   }
 
-  // The intervals follow from the boxes; which bodies are wide was decided when the set last changed.
+  // Intervals follow from the boxes; which bodies are wide was decided when the set last changed.
   void save(ByteWriter& write) const override { write(sorted_, wide_); }
 
   void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool&) override {
@@ -118,7 +118,7 @@ class SweepBroadPhase : public BroadPhase {
 
   void test(const BroadPhaseInput& input, std::uint32_t a, std::uint32_t b, std::vector<Pair>& found) const {
     if (!overlaps(bounds_[a].fat_box, bounds_[b].fat_box)) return;
-    if (!input.is_changed(a) && !input.is_changed(b)) return;  // then it was found before
+    if (!input.is_changed(a) && !input.is_changed(b)) return;  // found before
     if (input.is_wanted(a, b)) found.push_back({std::min(a, b), std::max(a, b)});
   }
 

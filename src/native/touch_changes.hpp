@@ -1,5 +1,5 @@
-// What a step finds of touches and hits (dynamics/touch.hpp) as impulses are stored, by any thread; reported when the
-// step ends, in the order of contacts.
+// Touches and hits found by any thread as a step's impulses are stored (dynamics/touch.hpp), reported at the end of the
+// step in the order of contacts.
 #pragma once
 
 #include <atomic>
@@ -26,17 +26,17 @@ class TouchChanges {
     const std::size_t words = (contacts + 63) / 64;
     if (begun_.size() < words) grow_to(begun_, words), grow_to(ended_, words);
   }
-  /// The contact, which did not or did until now, touches or does not.
+  /// The contact begins or stops touching.
   void note(std::uint32_t contact, bool touches) {
     std::atomic_ref(touches ? begun_[contact / 64] : ended_[contact / 64])
         .fetch_or(std::uint64_t{1} << contact % 64, std::memory_order_relaxed);
   }
   void note(const ContactHit& hit) {
-    const std::lock_guard lock(hits_mutex_);  // room for one of each contact would be a tenth of all memory
+    const std::lock_guard lock(hits_mutex_);  // room for one per contact would be a tenth of all memory
     hits_.push_back(hit);
   }
 
-  // Bits by contact, 64 a word; who has reported them clears them.
+  // Bits by contact, 64 per word; cleared by the code that reports them.
   std::span<std::uint64_t> begun() { return begun_; }
   std::span<std::uint64_t> ended() { return ended_; }
   std::span<ContactHit> hits() { return hits_; }
@@ -52,16 +52,16 @@ class TouchChanges {
   std::vector<ContactHit> hits_;
 };
 
-/// What finding them takes beside the contacts. All by slot.
+/// What finding them needs besides the contacts. All by slot.
 struct TouchWatch {
   TouchChanges* changes = nullptr;
-  const Pose* poses = nullptr;  ///< with which the step began
+  const Pose* poses = nullptr;  ///< at the start of the step
   const Velocity* velocities = nullptr;
   const SolverBody* bodies = nullptr;
   float hit_threshold = 0;  ///< m/s
   float dt = 0;             ///< s
 
-  /// Of a contact that approached fast as the step began, or whose last hit goes on.
+  /// For contacts that approached fast as the step began, or whose last hit continues.
   void note_hit(std::uint32_t index, Contact& c, const ContactManifold& m, const ContactFrame& frame,
                 const PointRow* points, const float* impulses, bool pressed) const {
     const HitRule rule{hit_threshold, touch_distance(c.touch_halvings, true), dt};

@@ -1,4 +1,4 @@
-// What a step tells the application of touches and hits, in the order of contacts.
+// Reports a step's touches and hits to the application, in the order of contacts.
 #include <algorithm>
 #include <bit>
 
@@ -15,7 +15,7 @@ void NativeSimulator::report_touches() {
   report_hits();
 }
 
-// Bodies touch as long as one of the pair's contacts does.
+// Bodies touch as long as any of the pair's contacts does.
 void NativeSimulator::report_parts(TouchChanges& changes) {
   std::vector<std::uint32_t> pairs;  // their first contacts
   const auto for_each_of = [&](std::span<std::uint64_t> bits, const auto& act) {
@@ -55,7 +55,7 @@ void NativeSimulator::report_parts(TouchChanges& changes) {
   }
 }
 
-// Where each part's events belong is counted first, so that several threads can write them.
+// The position of each part's events is counted first, so that several threads can write them.
 void NativeSimulator::report_touches(std::span<std::uint64_t> bits, LargeArray<ContactEvent>& events, bool touch) {
   const std::size_t before = events.size();
   std::size_t count = 0;
