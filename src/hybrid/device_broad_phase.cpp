@@ -38,7 +38,7 @@ std::size_t DeviceBroadPhase::find(const native::BroadPhaseInput& input, ThreadP
   list.clear();
   for (const device::PairRecord pair : detection_.found_pairs())
     if (input.is_wanted(pair.a, pair.b)) list.push_back({std::min(pair.a, pair.b), std::max(pair.a, pair.b)});
-  // The device finds them in any order.
+  // The device finds pairs in any order.
   std::sort(list.begin(), list.end(),
             [](const native::Pair& x, const native::Pair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
   return 1;

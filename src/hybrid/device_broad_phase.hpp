@@ -1,4 +1,4 @@
-// The native simulator's broad phase, done by a device.
+// The native simulator's broad phase on a device.
 #pragma once
 
 #include <functional>
@@ -15,21 +15,21 @@ class DeviceBroadPhase final : public native::BroadPhase {
   DeviceBroadPhase(device::Detection& detection, std::function<void()> meanwhile)
       : detection_(detection), meanwhile_(std::move(meanwhile)) {}
 
-  /// The body in the slot is another, or none any more.
+  /// The slot has a new body, or none.
   void forget(std::uint32_t slot) { emptied_.push_back(slot); }
 
   std::size_t find(const native::BroadPhaseInput& input, ThreadPool& pool,
                    std::vector<std::vector<native::Pair>>& found) override;
 
-  // By slot: the device keeps its order to itself.
+  // By slot: the device does not expose its order.
   void list_neighbours(std::vector<std::uint32_t>& slots) const override;
   std::uint64_t order() const override { return sets_; }
 
-  // The device keeps its boxes itself.
+  // The device updates its own boxes.
   void refresh(const native::BroadPhaseInput&, ThreadPool&) override {}
   std::size_t memory_bytes() const override;
 
-  // The device has nothing that does not follow from the bodies; all boxes are uploaded anew.
+  // The device's data follows from the bodies; all boxes are uploaded again.
   void save(ByteWriter&) const override {}
   void restore(ByteReader& in, std::span<const native::BodyBounds> bounds, ThreadPool& pool) override;
 
@@ -42,7 +42,7 @@ class DeviceBroadPhase final : public native::BroadPhase {
   std::vector<device::BoxUpdate> updates_;
   bool all_boxes_ = false;
   const BodyTable* bodies_ = nullptr;
-  std::uint64_t sets_ = 0;  // of bodies, so far
+  std::uint64_t sets_ = 0;  // changes of the set of bodies so far
 };
 
 }  // namespace fathom::hybrid

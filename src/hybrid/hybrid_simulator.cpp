@@ -76,7 +76,7 @@ void HybridSimulator::update_manifolds() {
   changes_.make_room(graph_);
   grow_to(inspections_, graph_.size());
   grow_to(job_of_, graph_.size());
-  // New contacts may lie in slots that were free.
+  // New contacts may reuse free slots.
   for (const std::uint32_t index : added_) inspect(index);
   constexpr std::size_t count = device::Detection::portions;
   const std::size_t chunks = (graph_.size() + changes_.block_size() - 1) / changes_.block_size();

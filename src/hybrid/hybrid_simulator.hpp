@@ -1,14 +1,14 @@
-// The hybrid simulator: collision detection on a device, resolution by the native simulator.
+// The hybrid simulator: collision detection on a device, solving in the native simulator.
 //
-// The dissertation proposes it as further work (its section 5.1). A step is the native simulator's; two of its verbs go
-// to the device:
+// The dissertation proposes it as further work (its section 5.1). A step is the native simulator's; two of its verbs
+// run on the device:
 //
-//   find_pairs        boxes that changed go up; while the device searches, the host inspects the contacts there are
+//   find_pairs        uploads changed boxes; while the device searches, the host inspects the existing contacts
 //                     (which have parted, which keep their manifolds, which must be collided); pairs come back
-//   update_manifolds  what must be collided goes up in portions, and each portion's manifolds come back while the next
+//   update_manifolds  uploads contacts to collide in portions; each portion's manifolds come back while the next
 //                     one is written, uploaded and collided; the host adopts those that are back
 //
-// Poses stay on the host, where the solver moves them: the device is told where B lies in A's frame.
+// Poses stay on the host, where the solver moves them: the device receives the pose of B in A's frame.
 #pragma once
 
 #include <memory>
@@ -50,7 +50,7 @@ class HybridSimulator final : public native::NativeSimulator {
   bool is_pair_of_boxes(const native::Contact& contact) const;
 
   std::unique_ptr<device::Detection> detection_;
-  DeviceBroadPhase* device_broad_phase_;         // the base's
+  DeviceBroadPhase* device_broad_phase_;         // owned by the base class
   std::vector<native::Inspection> inspections_;  // by contact
   std::vector<std::uint32_t> job_of_;            // by contact: its index in its portion
   std::vector<Offsets> offsets_;                 // by chunk of contacts

@@ -69,7 +69,7 @@ Vec3 HeightField::sample(std::uint32_t i, std::uint32_t j) const {
   return {static_cast<float>(i) * cell_x_, static_cast<float>(j) * cell_y_, heights_[std::size_t{j} * columns_ + i]};
 }
 
-// A cell's diagonal goes from its first sample to the one opposite.
+// A cell's diagonal connects its first sample to the opposite one.
 Triangle HeightField::triangle(std::uint32_t triangle) const {
   const std::uint32_t cell = triangle / 2, i = cell % (columns_ - 1), j = cell / (columns_ - 1);
   const bool second = triangle % 2 != 0;
@@ -87,7 +87,7 @@ void HeightField::find(const Aabb& box, std::vector<std::uint32_t>& found) const
   const auto cell = [](float x, float size, std::uint32_t samples) {
     return static_cast<std::uint32_t>(clamp(x / size, 0.0f, static_cast<float>(samples - 2)));
   };
-  // One more on each side: the quotient is rounded.
+  // One more cell on each side, because the quotient is rounded.
   const auto before = [](std::uint32_t i) { return i > 0 ? i - 1 : 0; };
   const std::uint32_t i0 = before(cell(box.lower.x, cell_x_, columns_)), j0 = before(cell(box.lower.y, cell_y_, rows_));
   const std::uint32_t i1 = std::min(cell(box.upper.x, cell_x_, columns_) + 1, columns_ - 2);

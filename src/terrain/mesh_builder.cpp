@@ -17,7 +17,7 @@ namespace {
 [[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::invalid_argument, "fathom::mesh: " + what); }
 
 void check(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices) {
-  constexpr float farthest = 1e6f;  // m: there single precision still tells 6 cm apart
+  constexpr float farthest = 1e6f;  // m: single precision still resolves 6 cm there
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const Vec3 v = vertices[i];
     if (is_finite(v) && max_component(abs(v)) <= farthest) continue;
@@ -33,7 +33,7 @@ void check(std::span<const Vec3> vertices, std::span<const std::uint32_t> indice
              std::to_string(indices[i]) + ", but there are " + std::to_string(vertices.size()) + " vertices");
 }
 
-/// Higher than a millionth of its longest side.
+/// Whether the height exceeds a millionth of the longest side.
 bool has_area(Vec3 a, Vec3 b, Vec3 c) {
   const Vec3d ab = to_double(b) - to_double(a), ac = to_double(c) - to_double(a), bc = ac - ab;
   const double longest = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)}), twice_area = length(cross(ab, ac));
@@ -57,14 +57,14 @@ std::shared_ptr<const TriangleMesh> MeshBuilder::build(std::span<const Vec3> ver
   return mesh;
 }
 
-// Vertices at equal positions get one number, those of triangles with an area alone.
+// Merges vertices at equal positions; drops those used only by triangles without area.
 void MeshBuilder::join_vertices(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices) {
   std::vector<std::uint32_t> order(vertices.size());
   std::iota(order.begin(), order.end(), 0u);
   const auto position = [&](std::uint32_t i) { return std::tuple(vertices[i].x, vertices[i].y, vertices[i].z); };
   std::ranges::sort(
       order, [&](std::uint32_t a, std::uint32_t b) { return std::tuple(position(a), a) < std::tuple(position(b), b); });
-  std::vector<std::uint32_t> first(vertices.size());  // of those at the same position
+  std::vector<std::uint32_t> first(vertices.size());  // of the vertices at the same position
   for (std::size_t i = 0; i < order.size(); ++i)
     first[order[i]] = i > 0 && position(order[i]) == position(order[i - 1]) ? first[order[i - 1]] : order[i];
 
@@ -77,7 +77,7 @@ void MeshBuilder::join_vertices(std::span<const Vec3> vertices, std::span<const 
     for (const std::uint32_t corner : corners) {
       if (number[corner] == unused) {
         number[corner] = static_cast<std::uint32_t>(mesh_.vertices_.size());
-        mesh_.vertices_.push_back(vertices[corner] + Vec3{});  // no zero is negative
+        mesh_.vertices_.push_back(vertices[corner] + Vec3{});  // avoids negative zeros
       }
       given_.push_back(number[corner]);
     }

@@ -1,4 +1,4 @@
-// Makes meshes: checks what is given, joins equal vertices, and sorts triangles into a tree of boxes.
+// Builds meshes: checks the input, joins equal vertices, and sorts triangles into a tree of boxes.
 #pragma once
 
 #include <fathom/mesh.hpp>
@@ -16,7 +16,7 @@ class MeshBuilder {
   void make_tree();
 
   TriangleMesh& mesh_;
-  std::vector<std::uint32_t> given_;  // vertices of the triangles that have an area, in threes
+  std::vector<std::uint32_t> given_;  // vertices of the triangles with an area, three each
 };
 
 }  // namespace fathom

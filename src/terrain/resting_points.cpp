@@ -7,20 +7,21 @@
 namespace fathom {
 namespace {
 
-/// Of the lower hull of points (x, y, z), z being what separates a body from the ground, the part under its load.
+/// The lower hull of points (x, y, z), where z is the separation from the ground: finds the facet under the body's
+/// load.
 class Ground {
  public:
   Ground(std::span<const FacePoint> points, FaceLoad load) : points_(points), load_{load.x, load.y, 0, 0} {}
 
-  /// Three points in a plane, counter-clockwise.
+  /// Three points of a plane, counter-clockwise.
   struct Facet {
     int a = -1, b = -1, c = -1;
     bool is_found() const { return c >= 0; }
   };
 
-  /// What the body comes to rest on: it comes down onto its lowest point, tips about that towards its load until it
-  /// meets another, and then over the line between two of them until no tipping brings its load lower. None where the
-  /// load is beside all points, and the body falls off.
+  /// The facet on which the body comes to rest: it lands on its lowest point, tips about it towards its load until it
+  /// meets another point, and then over the line between two points until no tipping lowers its load. None if the load
+  /// is beside all points, and the body falls off.
   Facet under_load() const {
     constexpr int max_tips = 32;
     int from = lowest(), to = first_towards_load(from);
@@ -42,7 +43,7 @@ class Ground {
     return p.z - fma(u, a.z, fma(v, b.z, (1 - u - v) * c.z));
   }
 
-  /// What a body on the facet meets first when it tips over the side that its load is nearest to; −1: nothing.
+  /// The point that a body on the facet meets first when it tips over the side nearest to its load; −1: none.
   int next_over(const Facet& f) const {
     const int corners[] = {f.a, f.b, f.c};
     int next = -1;
@@ -57,7 +58,7 @@ class Ground {
 
  private:
   int count() const { return static_cast<int>(points_.size()); }
-  /// Above zero where the load is to the left of the way.
+  /// Above zero if the load is to the left of the line.
   float turn(int from, int to) const { return area(points_[from], points_[to], load_); }
   float squared_length(int from, int to) const {
     const float x = points_[to].x - points_[from].x, y = points_[to].y - points_[from].y;
@@ -84,7 +85,7 @@ class Ground {
     return first;
   }
 
-  /// The point on the right of the way that is met first by tipping over it; −1: there is none.
+  /// The point to the right of the line that is met first by tipping over it; −1: none.
   int next_beyond(int from, int to) const {
     const FacePoint &a = points_[from], &b = points_[to];
     const float square = squared_length(from, to), slope_along = square > 0 ? (b.z - a.z) / square : 0;

@@ -1,7 +1,7 @@
-// The points of a patch on uneven ground that a body rests on.
+// The points of a patch on uneven ground on which a body rests.
 //
-// On flat ground the largest patch is the best (collision/reduce.hpp). On the peaks of rough ground one point of the
-// largest may touch and three be far above the ground: the body then tips onto peaks that no point tells of, sinks in,
+// On flat ground the largest patch is best (collision/reduce.hpp). On peaks of rough ground one point of the largest
+// patch may touch while three are far above the ground: the body then tips onto peaks without contact points, sinks in,
 // is pushed out, and never comes to rest.
 #pragma once
 
@@ -14,11 +14,10 @@ struct RestingPoints {
   int around = 0;      ///< at most 4
 };
 
-/// Reorders the points so that those to keep come first, and returns how many there are. Under the load, which is at
-/// `load`, the largest patch of those in one plane that the body comes to rest on, and where these are but three the
-/// one that it meets first when it tips over its nearest side. Around them, of those above that plane, the largest
-/// patch: what else presses the body may press it anywhere. `depth_tie`: points that much (m) above the plane count as
-/// in it.
+/// Reorders the points so that those to keep come first, and returns their number. Under the load at `load`: the
+/// largest patch of the points in one plane on which the body comes to rest and, if these are only three, the point
+/// that it meets first when it tips over its nearest side. Around them: the largest patch of the points above that
+/// plane, as other loads may press the body anywhere. `depth_tie`: points this much (m) above the plane count as in it.
 RestingPoints choose_resting_points(FacePoint* points, int count, float depth_tie, FaceLoad load);
 
 }  // namespace fathom

@@ -1,5 +1,5 @@
-// Triangles of a surface as a convex shape meets them: relative to its centre, so that surfaces of kilometres cost no
-// precision, one by one and eight side by side.
+// Triangles of a surface relative to the centre of a convex shape, so that surfaces of kilometres cost no precision;
+// single ones and eight side by side.
 #pragma once
 
 #include <cstring>
@@ -12,15 +12,15 @@ namespace fathom {
 struct SurfaceTriangle {
   Vec3 corners[3];         ///< m, counter-clockwise seen from outside
   Vec3 normal;             ///< unit, outward
-  float offset;            ///< m, of its plane along the normal
+  float offset;            ///< m, offset of its plane along the normal
   std::uint32_t names[3];  ///< of its corners
 
-  /// `origin`: where the other shape is, in the surface's frame.
+  /// `origin`: the other shape's position in the surface's frame.
   SurfaceTriangle(const Triangle& triangle, Vec3 origin);
   SurfaceTriangle() = default;
 };
 
-/// Up to eight of them.
+/// Up to eight triangles.
 struct EightTriangles {
   Hull::Eight corners[3] = {};
   Hull::Eight planes = {};  ///< with offsets in w
@@ -44,7 +44,7 @@ struct EightTriangles {
     t.normal = {planes.x[lane], planes.y[lane], planes.z[lane]}, t.offset = planes.w[lane];
     return t;
   }
-  /// A bit for each triangle that has a corner of this name.
+  /// A bit for each triangle with a corner of this name.
   unsigned having(std::uint32_t name) const {
     const EightInts wanted = eight(static_cast<std::int32_t>(name));
     const auto same = [&](int k) {

@@ -1,5 +1,5 @@
-// The axes that separate triangles from a convex shape (the separating axis theorem), for eight triangles at once: most
-// triangles that a shape's bounds meet are farther from it than the margin, and need not be looked at one by one.
+// The axes that separate triangles from a convex shape (separating axis theorem), for eight triangles at once: most
+// triangles that a shape's bounds meet are farther away than the margin and need no individual test.
 #pragma once
 
 #include <span>
@@ -9,21 +9,21 @@
 
 namespace fathom {
 
-/// Of each of eight triangles.
+/// Results for each of eight triangles.
 struct TriangleAxes {
-  unsigned near = 0;  ///< a bit for each triangle that no axis shows to be farther away than the margin
-  // Of a box or a hull:
+  unsigned near = 0;  ///< a bit for each triangle that no axis separates by more than the margin
+  // For a box or a hull:
   alignas(32) float of_normal[8];  ///< m, separation along the triangle's normal
   alignas(32) float of_face[8];    ///< m, along the normal of the shape's best face
   alignas(32) std::int32_t face[8];
-  /// Edge of the triangle and of the shape with the largest separation, if that is larger than those of all faces by
-  /// more than the tolerance; −1: none is.
+  /// Edges of the triangle and of the shape with the largest separation, if that exceeds the separation of all faces by
+  /// more than the tolerance; else −1.
   alignas(32) std::int32_t edge[8], edge_of_shape[8];
 };
 
-/// None is near whose front the shape's centre lies further behind than half its inner radius: the shape is then taken
-/// to come from behind, where a surface is open. One that the surface already pushes along one of `pushed` (unit) has
-/// come from the front, and may be pressed in by its whole size. `margin` in m.
+/// A triangle is not near if the shape's centre is behind its front by more than half the shape's inner radius: the
+/// shape then counts as coming from behind, where a surface is open. A shape that the surface already pushes along one
+/// of `pushed` (unit) has come from the front, and may be pressed in by its whole size. `margin` in m.
 TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin,
                      std::span<const Vec3> pushed);
 

@@ -1,4 +1,4 @@
-// Eight triangles side by side beside a convex shape: what the searches for axes share.
+// Eight triangles side by side against a convex shape: shared by the axis searches.
 #pragma once
 
 #include "collision/hull_round.hpp"
@@ -22,7 +22,7 @@ struct Triangles {
   EightVec3 corners[3], along[3], inward[3];
   EightPlanes planes;
   Eight squared_lengths[3];
-  Eight reach;  ///< largest coordinates (m)
+  Eight reach;  ///< largest coordinate (m)
 
   explicit Triangles(const EightTriangles& t) {
     for (int k = 0; k < 3; ++k) corners[k] = vectors(t.corners[k]);
@@ -36,14 +36,14 @@ struct Triangles {
   }
 };
 
-/// Of a polyhedron's vertices the least heights along eight directions.
+/// The lowest heights of a polyhedron's vertices along eight directions.
 inline Eight lowest_along(const HullView& shape, const EightVec3& directions) {
   Eight lowest = dot(directions, eight(shape.vertices[0]));
   for (int i = 1; i < shape.vertex_count; ++i) lowest = min(dot(directions, eight(shape.vertices[i])), lowest);
   return lowest;
 }
 
-/// Of the triangles from the shape's face f.
+/// Separations of the triangles from the shape's face f.
 inline Eight separation_from_face(const HullView& shape, int f, const Triangles& t) {
   const EightVec3 n = eight(shape.planes[f].normal);
   const Eight lowest = min(dot(n, t.corners[0]), min(dot(n, t.corners[1]), dot(n, t.corners[2])));

@@ -1,4 +1,4 @@
-// Which triangles a shape may meet on its way.
+// Which triangles a shape may meet on its path.
 #pragma once
 
 #include "terrain/surface_triangle.hpp"
@@ -6,8 +6,8 @@
 
 namespace fathom {
 
-/// A bit for each triangle that the shape may come nearer to than `around` (m) while its centre goes from the origin by
-/// `way` (m); of the others, an axis that stands still shows that it does not.
+/// A bit for each triangle to which the shape may come nearer than `around` (m) while its centre moves from the origin
+/// by `way` (m); the others have a fixed separating axis.
 unsigned met_on_way(const EightTriangles& triangles, const TurnedShape& shape, Vec3 way, float around);
 
 }  // namespace fathom

@@ -1,4 +1,4 @@
-// A convex shape that triangles of a surface meet, turned into the surface's axes; its centre is the origin.
+// A convex shape rotated into a surface's axes, with its centre at the origin.
 #pragma once
 
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace fathom {
 
-/// An edge of a polyhedron and the arc of normals across it, between those of its faces.
+/// An edge of a polyhedron and its arc on the Gauss map, between the normals of its two faces.
 struct EdgeArc {
   Vec3 from, along;
-  Vec3 of_left, of_right;  ///< across the edge, as its arc is: a normal between the faces' lies between these
+  Vec3 of_left, of_right;  ///< bounds of the arc: a normal on it is between these
   Vec3 middle;             ///< sum of the faces' normals
 };
 
@@ -21,17 +21,17 @@ class TurnedShape {
   TurnedShape(const Geometry& shape, Quat rotation) { turn(shape, rotation); }
   TurnedShape(const TurnedShape&) = delete;
   TurnedShape& operator=(const TurnedShape&) = delete;
-  /// Forgets the former one but for its room.
+  /// Replaces the former shape; reuses memory.
   void turn(const Geometry& shape, Quat rotation);
 
   bool is_round() const { return round_.radius > 0; }
   const RoundShape& round() const { return round_; }
-  /// Of a box or a hull: in its own axes and turned.
+  /// For a box or a hull: in its own axes and rotated.
   const HullView& hull() const { return hull_; }
   const HullView& turned() const { return turned_; }
-  const std::vector<EdgeArc>& edges() const;  ///< of a box or a hull, turned; made when they are first asked for
+  const std::vector<EdgeArc>& edges() const;  ///< of a box or a hull, rotated; built on first use
   Quat rotation() const { return rotation_; }
-  float inner() const { return inner_; }  ///< m, half the least thickness
+  float inner() const { return inner_; }  ///< m, half the smallest thickness
   float outer() const { return outer_; }  ///< m, largest coordinate
 
  private:

@@ -77,7 +77,7 @@ void ThreadChoice::took(double seconds) {
   }
 }
 
-// What was worth while is worth going on with.
+// After a success the next trial continues in the same direction.
 void ThreadChoice::end_trial(bool successful) {
   if (successful) {
     choice_ = candidate_;

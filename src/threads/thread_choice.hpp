@@ -1,15 +1,15 @@
-// How many threads the same work, done again and again, is fastest with: a first guess, corrected by measuring.
+// Finds how many threads are fastest for repeated work: a first guess, corrected by measurement.
 //
-// What a thread more gains depends on the machine, on what else runs there, and on the scene; no rule knows all three.
-// Now and then some steps are taken with half or twice as many threads, with one, or, where there is one, with the
-// guess, and the choice moves there where those were faster than the steps before and the steps after. Only results
-// that do not depend on the number of threads allow this.
+// The gain of another thread depends on the machine, its other load and the scene; no rule knows all three. Now and
+// then some steps run with half or twice as many threads, with one, or, if one is in use, with the guess; the choice
+// moves there if those steps were faster than the steps before and after. This requires results that do not depend on
+// the number of threads.
 //
-// * Trials get rare: each that fails doubles the pause before the next, up to a thousand steps. One that is clearly
-//   slower ends after two to four steps, so that all of them cost less than 1 % of a long run.
-// * A step that takes long is never tried with other numbers: more threads are worth while then, and half of them would
-//   be a spike. So would one thread where the work is estimated to take it more than twice as long.
-// * Medians before and after, and a margin, keep noise from deciding; where two numbers are equally good, it stays.
+// * Trials become rare: each failure doubles the pause before the next, up to a thousand steps. A trial that is clearly
+//   slower ends after two to four steps, so all of them cost less than 1 % of a long run.
+// * A long step is never tried with other numbers: more threads are worthwhile then, and half of them would be a spike.
+//   So would a single thread if the estimated work would take it more than twice as long.
+// * Medians before and after, and a margin, suppress noise; if two numbers are equally good, the choice stays.
 #pragma once
 
 #include <array>
@@ -19,31 +19,31 @@ namespace fathom {
 
 class ThreadChoice {
  public:
-  /// Threads for the coming step, of `most` ≥ 1 that are possible. The work is enough for `guess` > 0 of them, each
-  /// having `worth_a_thread` to do, which may be more than there are; `start` is what to begin with. The guess is
-  /// followed when it changes by more than a quarter; what was measured is kept as the choice's ratio to it.
+  /// Threads for the next step, of `most` ≥ 1 available. The work suffices for `guess` > 0 threads, each with
+  /// `worth_a_thread` to do; that may exceed `most`. `start` is the initial choice. The choice follows the guess when
+  /// that changes by more than a quarter; measurements are kept as the ratio of choice to guess.
   int next(double guess, double start, int most);
   /// That step took `seconds`.
   void took(double seconds);
 
-  /// What one thread does in this time (s) is worth having it.
+  /// Work of this length (s) is worth a thread.
   static constexpr double worth_a_thread = 20e-6;
-  /// Steps longer than this (s) are left alone.
+  /// Steps longer than this (s) have no trials.
   static constexpr double longest = 1e-3;
   /// Steps before the first trial, and between later ones.
   static constexpr int first_pause = 24, shortest_pause = 128, longest_pause = 1024;
 
  private:
   static constexpr std::size_t samples = 5;
-  static constexpr int settling = 2;       // steps after a change, in which bodies move to other threads' caches
-  static constexpr double margin = 0.95;   // of the time before and after
-  static constexpr double hopeless = 1.1;  // of the time before, twice
-  static constexpr double absurd = 1.5;    // of the time before, although not settled
-  static constexpr double spike = 2;       // of the time before, by the guess
+  static constexpr int settling = 2;       // steps after a change, in which bodies migrate to other threads' caches
+  static constexpr double margin = 0.95;   // relative to the time before and after
+  static constexpr double hopeless = 1.1;  // relative to the time before, twice
+  static constexpr double absurd = 1.5;    // relative to the time before, even while settling
+  static constexpr double spike = 2;       // relative to the time before, as estimated by the guess
 
   enum class Phase { steady, trial, check };
-  /// A leap, to one thread or to the guess, may land where a few steps would not lead: two threads that wait for each
-  /// other can be slower than one and slower than eight.
+  /// A leap, to one thread or to the guess, may reach what halving and doubling would not: two threads that wait for
+  /// each other can be slower than one and slower than eight.
   enum class Way { half, twice, leap };
 
   void follow(double guess, double start, int most);
@@ -57,9 +57,9 @@ class ThreadChoice {
   Phase phase_ = Phase::steady;
   Way way_ = Way::half;  // of this trial or the next
   int choice_ = 0;
-  double guess_ = 0;       // that the choice follows
-  double correction_ = 1;  // of the guess, measured
-  bool measured_ = false;  // else it starts with what it is told
+  double guess_ = 0;       // followed by the choice
+  double correction_ = 1;  // measured ratio of choice to guess
+  bool measured_ = false;  // otherwise the choice begins with `start`
   int candidate_ = 0;      // in a trial
   int pause_ = first_pause, wait_ = first_pause;
   int settling_ = 0;

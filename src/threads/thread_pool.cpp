@@ -14,16 +14,16 @@ void relax_cpu() {
 #if defined(__x86_64__)
   _mm_pause();
 #elif defined(__aarch64__)
-  asm volatile("isb");  // some tens of cycles, which `yield` is not on most cores
+  asm volatile("isb");  // takes tens of cycles, unlike `yield` on most cores
 #endif
 }
 
 // About 100 µs: longer than the gaps between the loops of a step, shorter than a frame's other work.
 constexpr int spins_before_sleep = 2000;
-// About a microsecond: a thread on time is done by then, and reading its line would only slow it down.
+// About a microsecond: a punctual thread is done by then, and reading its line would only slow it down.
 constexpr int spins_before_help = 24;
 
-// Of a stretch's claims the low bits count chunks, the high bits are the loop's number.
+// In a stretch's claims the low bits count chunks, the high bits are the loop's number.
 constexpr int claim_bits = 22;
 constexpr std::uint64_t claim_mask = (std::uint64_t{1} << claim_bits) - 1;
 
@@ -31,12 +31,12 @@ std::size_t first_chunk(std::size_t stretch, std::uint32_t chunks, std::uint32_t
   return stretch * chunks / stretches;
 }
 
-/// Claims the next chunk of the stretch's `size` in loop `number`; true with its index where there was one.
+/// Claims the next chunk of the stretch of `size` chunks in loop `number`; true, with its index, if there was one.
 bool claim(std::atomic<std::uint64_t>& claims, std::uint64_t number, std::size_t size, std::size_t& index) {
   std::uint64_t seen = claims.load(std::memory_order_relaxed);
   for (;;) {
     const std::uint64_t of = seen >> claim_bits;
-    if (of > number) return false;  // long done
+    if (of > number) return false;  // finished long ago
     index = of == number ? seen & claim_mask : 0;
     if (index >= size) return false;
     if (claims.compare_exchange_weak(seen, number << claim_bits | (index + 1), std::memory_order_relaxed)) return true;
@@ -68,7 +68,7 @@ void ThreadPool::run_loop(Loop loop, const Before& before) {
     return;
   }
   announce(loop);
-  std::exception_ptr failure;  // the others still use what the caller would take away
+  std::exception_ptr failure;  // rethrown later: other threads still use the caller's data
   if (before.call) {
     others_are_busy_ = true;
     try {
@@ -160,13 +160,13 @@ bool ThreadPool::spin_until_new(std::size_t thread, std::uint64_t heard, const L
   for (int spins = 1; spins < spins_before_sleep; ++spins) {
     if (announced_.number.load(std::memory_order_relaxed) != heard) return true;
     relax_cpu();
-    // Once is enough: after that all chunks have been claimed.
+    // Once is enough: all chunks have been claimed by then.
     if (spins == spins_before_help && thread < loop.stretches) help(thread, heard, loop);
   }
   return false;
 }
 
-// A thread that is not in use is not woken for every loop. The alarm is read first, so that one in use from now on is.
+// An unused thread is not woken for every loop. The alarm is read first, so that a thread put to use meanwhile wakes.
 void ThreadPool::sleep_until_new(std::size_t thread, std::uint64_t heard) {
   const std::uint32_t alarm = alarm_.load();
   const bool in_use = thread < used_.load();

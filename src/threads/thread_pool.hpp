@@ -1,16 +1,15 @@
-// A fixed set of threads that run loops together. How the native simulator and the host back end of the execution
-// layer use their cores is told here, once:
+// A fixed set of threads that run loops together, used by the native simulator and the host back end of the execution
+// layer:
 //
-// * A step is a sequence of loops; the caller's thread runs every loop too and goes on when all of it is done.
-// * A loop's range is cut into chunks. Every thread starts on a stretch of chunks of its own, the same in every loop
-//   over the same range, so that what it wrote in one sweep is in its cache in the next. A thread that is done and
-//   hears of no new loop for a moment helps with the others' stretches, so a slow thread only takes fewer.
-// * Nothing is written by all threads: the caller announces a loop in one cache line that workers watch, claims and
-//   completions of a stretch are counted in a line of its owner, and the caller reads those lines in turn. With 16
-//   threads a loop of nothing takes a quarter of what one shared counter of finished threads takes.
-// * Between loops workers spin for a short while (loops of one step follow each other within microseconds)
-//   and then sleep. A worker that comes late finds nothing to claim and harms nobody: the caller waits for chunks, not
-//   for threads.
+// * A step is a sequence of loops; the caller's thread takes part in every loop and continues when it is complete.
+// * A loop's range is cut into chunks. Every thread starts on its own stretch of chunks, the same in every loop over
+//   the same range, so that what it wrote in one sweep is in its cache in the next. A thread that is done and sees no
+//   new loop for a moment helps with others' stretches, so a slow thread simply takes fewer chunks.
+// * No cache line is written by all threads: the caller announces a loop in one line that workers watch, claims and
+//   completions of a stretch are counted in its owner's line, and the caller reads those lines one by one. With 16
+//   threads an empty loop takes a quarter of the time that a shared counter of finished threads takes.
+// * Between loops workers spin for a short while (loops of a step follow each other within microseconds), then sleep. A
+//   late worker finds nothing to claim and does no harm: the caller waits for chunks, not for threads.
 #pragma once
 
 #include <atomic>
@@ -23,17 +22,17 @@ namespace fathom {
 
 class ThreadPool {
  public:
-  /// `threads` ≥ 1 counts the caller's thread.
+  /// `threads` ≥ 1 includes the caller's thread.
   explicit ThreadPool(int threads);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  /// Threads that there are.
+  /// All threads.
   int size() const { return static_cast<int>(stretches_.size()); }
   /// Threads that loops use.
   int thread_count() const { return static_cast<int>(used()); }
-  /// Loops use `threads` threads from now on, or all there are.
+  /// From here on, loops use `threads` threads, or all if there are fewer.
   void use(int threads);
 
   /// Calls body(begin, end) for consecutive chunks of `grain` items of [0, count), on all threads. The chunks are a
@@ -41,7 +40,7 @@ class ThreadPool {
   /// chunk order, which keeps results independent of timing.
   template <class Body>
   void for_each_chunk(std::size_t count, std::size_t grain, Body&& body) {
-    // Two chunks are done before another thread has heard of them.
+    // Two chunks are done before another thread would notice them.
     if (used() == 1 || count <= 2 * grain) {
       for (std::size_t begin = 0; begin < count; begin += grain)
         body(begin, begin + grain < count ? begin + grain : count);
@@ -54,14 +53,14 @@ class ThreadPool {
     run(chunk, (count + grain - 1) / grain);
   }
 
-  /// Calls body(begin, end) for parts of [0, count) of at least `least` items (as far as there are so many), on as
-  /// many threads as that leaves work for. Where the cuts are depends on the number of threads.
+  /// Calls body(begin, end) for parts of [0, count) of at least `least` items (fewer only if `count` is smaller), on as
+  /// many threads as that leaves work for. The cuts depend on the number of threads.
   template <class Body>
   void for_each_part(std::size_t count, std::size_t least, Body&& body) {
     if (count == 0) return;
     const std::size_t threads = used(), most = count / least;
     if (threads == 1 || most < 2) return body(0, count);
-    // A few parts a thread, so that others can help; the same number for each.
+    // A few parts per thread, so that others can help; the same number for each.
     const std::size_t parts = most < 2 * threads                                    ? (most < threads ? most : threads)
                               : most / threads * threads < parts_a_thread * threads ? most / threads * threads
                                                                                     : parts_a_thread * threads;
@@ -69,8 +68,8 @@ class ThreadPool {
     run(part, parts);
   }
 
-  /// As `for_each_chunk`; meanwhile the caller first calls alone(), whose own loops run on its thread only if there is
-  /// more than one chunk. With one thread alone() comes first, too.
+  /// Like `for_each_chunk`, but the caller first calls alone(), whose own loops run on its thread only if there is more
+  /// than one chunk. With one thread alone() also comes first.
   template <class Alone, class Body>
   void for_each_chunk_beside(const Alone& alone, std::size_t count, std::size_t grain, Body&& body) {
     if (used() == 1 || count <= grain) {
@@ -85,11 +84,11 @@ class ThreadPool {
              {[](const void* context) { (*static_cast<const Alone*>(context))(); }, &alone});
   }
 
-  /// Cuts of a share, so that others can help with it.
+  /// Parts of a share, so that others can help with it.
   static constexpr std::size_t parts_a_thread = 4;
 
-  /// Calls body(begin, end) for parts of `shares` shares: those of [cut(i), cut(i + 1)) thread i takes, if it is not
-  /// late. Not more shares than threads.
+  /// Calls body(begin, end) for parts of `shares` shares; thread i takes [cut(i), cut(i + 1)) unless it is late. At
+  /// most as many shares as threads.
   template <class Cut, class Body>
   void for_each_share(std::size_t shares, const Cut& cut, Body&& body) {
     if (used() == 1 || shares < 2) return body(cut(0), cut(shares));
@@ -112,14 +111,14 @@ class ThreadPool {
     std::uint32_t stretches = 0;
   };
 
-  /// What the caller does before it takes part in a loop.
+  /// What the caller does before it joins a loop.
   struct Before {
     void (*call)(const void* context) = nullptr;
     const void* context = nullptr;
   };
 
-  /// The last two loops. A slot is rewritten two loops later, so a thread that read `number` before and after reading a
-  /// slot has read one loop.
+  /// The last two loops. A slot is rewritten two loops later, so a thread that reads the same `number` before and after
+  /// reading a slot has read one loop.
   struct alignas(line) Announcement {
     struct Slot {
       std::atomic<void (*)(const void*, std::size_t)> call{nullptr};
@@ -130,8 +129,8 @@ class ThreadPool {
     Slot slots[2];
   };
 
-  /// A stretch of chunks. `claims` holds the number of the loop and how many chunks have been claimed in it; where the
-  /// number is an older one, nobody has claimed any yet.
+  /// A stretch of chunks. `claims` is the loop's number and how many chunks have been claimed in it; with an older
+  /// number, none has been claimed yet.
   struct alignas(line) Stretch {
     std::atomic<std::uint64_t> claims{0};
     std::atomic<std::uint64_t> completed{0};  // chunks, of all loops so far
@@ -160,10 +159,10 @@ class ThreadPool {
 
   std::atomic<std::size_t> used_;
   Announcement announced_;
-  std::vector<Stretch> stretches_;                        // one a thread
+  std::vector<Stretch> stretches_;                        // one per thread
   bool others_are_busy_ = false;                          // with a loop that the caller has not joined yet
-  std::vector<std::uint64_t> completed_;                  // what the stretches' counters reach when the loop is done
-  alignas(line) std::atomic<std::uint32_t> sleepers_{0};  // of those in use
+  std::vector<std::uint64_t> completed_;                  // values of the stretches' counters when the loop is complete
+  alignas(line) std::atomic<std::uint32_t> sleepers_{0};  // of the threads in use
   std::atomic<std::uint32_t> alarm_{0};                   // what sleepers wait on
   std::atomic<bool> stop_{false};
   std::vector<std::thread> workers_;

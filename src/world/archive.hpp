@@ -1,6 +1,6 @@
-// Bytes out and in, for snapshots and recordings. A type's `archive(self, a)` names its parts once; a `ByteWriter`
-// appends them, a `ByteReader` reads them back. Trivially copyable parts are copied as they lie in memory, so the
-// bytes are those of little-endian machines with IEEE 754 floats.
+// Binary output and input for snapshots and recordings. A type's `archive(self, a)` lists its members once; a
+// `ByteWriter` appends them, a `ByteReader` reads them back. Trivially copyable members are copied as in memory, so the
+// format is that of little-endian machines with IEEE 754 floats.
 #pragma once
 
 #include <bit>
@@ -19,7 +19,7 @@ namespace fathom {
 
 static_assert(std::endian::native == std::endian::little, "snapshots are little-endian");
 
-/// Whether a bool that lies among bytes copied from elsewhere holds one.
+/// Whether a bool copied from foreign bytes has a valid value.
 inline bool is_sound(const bool& value) {
   unsigned char byte;
   std::memcpy(&byte, &value, 1);
@@ -73,7 +73,7 @@ class ByteReader {
  public:
   static constexpr bool reading = true;
 
-  /// `what` is what complaints call the bytes.
+  /// `what` names the bytes in error messages.
   ByteReader(std::span<const std::byte> bytes, std::string what) : rest_(bytes), what_(std::move(what)) {}
 
   template <class... Parts>
@@ -112,7 +112,7 @@ class ByteReader {
   template <class T>
   void get(std::vector<T>& values) {
     const auto count = read<std::uint64_t>();
-    // An element takes at least a byte, so a count beyond the rest is refused before memory is asked for.
+    // An element takes at least a byte, so a count beyond the remaining bytes is refused before memory is allocated.
     if (count > rest_.size()) fail("it ends too early");
     if constexpr (Plain<T>) {
       get_plain(values, count);

@@ -1,4 +1,4 @@
-// What every simulator knows of its bodies: ids, and the data that a step only reads.
+// Body data common to all simulators: ids, and what a step only reads.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ namespace fathom {
 class ByteReader;
 class ByteWriter;
 
-/// The rarely changing side of one body. The state that a step moves lives in the simulators.
+/// The rarely changing data of one body. The state that a step moves is in the simulators.
 struct alignas(64) BodyInfo {
-  // The first cache line is all that a step reads of most bodies.
+  // For most bodies a step reads only the first cache line.
   MotionType motion = MotionType::fixed;
   bool can_sleep = true;
   /// Inertia is a multiple of the identity: no gyroscopic torque, one number instead of six.
@@ -35,34 +35,35 @@ struct alignas(64) BodyInfo {
 
   SymMat3 inertia;                         ///< body axes, 0 unless dynamic
   SymMat3 inverse_inertia;                 ///< body axes, 0 unless dynamic
-  std::shared_ptr<const void> shape_data;  ///< what the geometry of a hull, a surface or a compound lies in
-  Material material;                       ///< on the last line, all of it
+  std::shared_ptr<const void> shape_data;  ///< owns the geometry of a hull, a surface or a compound
+  Material material;                       ///< entirely on the last line
   float mass = 0;                          ///< kg, 0 unless dynamic
   Filter filter;
 
   void set_shape(const Shape& shape);
   Shape shape() const;
-  std::shared_ptr<const Hull> hull() const;  ///< null where it is none
+  std::shared_ptr<const Hull> hull() const;  ///< null if the shape is not a hull
 };
 static_assert(sizeof(BodyInfo) == 256);
 
-/// Sensors collide with nobody.
+/// Sensors collide with nothing.
 inline bool may_collide(const BodyInfo& a, const BodyInfo& b) {
   return !a.is_sensor && !b.is_sensor && may_collide(a.filter, b.filter);
 }
 
-/// Whether there may be bodies that it collides with. Pieces of a compound may have filters of their own.
+/// Whether the body may collide with any. Pieces of a compound may have their own filters.
 inline bool may_collide(const BodyInfo& info) {
   const Filter& f = info.filter;
   return !info.is_sensor && (info.geometry.is_compound() || f.group > 0 || (f.category != 0 && f.mask != 0));
 }
 
-/// Whether bodies of which one is fast must not end behind or inside each other. `a` is the one that cannot be pushed.
+/// Whether continuous collision must stop these bodies, of which one is fast, from ending behind or inside each other.
+/// `a` is the unpushable one.
 inline bool is_swept(const BodyInfo& a, const BodyInfo& b) {
   return a.motion != MotionType::dynamic || a.is_bullet || b.is_bullet;
 }
 
-/// Half of the body's thickness (m), about.
+/// Half of the body's thickness (m), approximately.
 float half_thickness(const BodyInfo& info);
 
 /// Slots with generations: a removed body's slot is reused, its old ids are not.
@@ -73,29 +74,29 @@ class BodyTable {
   /// `def` must have been checked (see `check_body`).
   BodyId add(const BodyDef& def);
   void remove(BodyId id);
-  /// The definition that would make the body as it is, but for pose and velocity.
+  /// The definition that would recreate the body, except pose and velocity.
   BodyDef definition(std::uint32_t slot) const;
-  /// Makes the body in the slot anew, under the same id. `def` must have been checked.
+  /// Redefines the body in the slot under the same id. `def` must have been checked.
   void change(std::uint32_t slot, const BodyDef& def);
 
   bool contains(BodyId id) const {
     return id.index < generations_.size() && generations_[id.index] == id.generation && alive(id.index);
   }
-  /// The slot of `id`; throws `Error{stale_id}` naming `action` where the body is gone.
+  /// The slot of `id`; throws `Error{stale_id}` naming `action` if the body has been removed.
   std::uint32_t slot(BodyId id, const char* action) const;
 
   bool alive(std::uint32_t slot) const { return generations_[slot] & 1u; }
   BodyId id(std::uint32_t slot) const { return {slot, generations_[slot]}; }
   std::uint32_t slot_count() const { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t count() const { return count_; }
-  /// True once any dynamic body had an inertia that is no multiple of the identity.
+  /// True once any dynamic body was anisotropic: its inertia is not a multiple of the identity.
   bool any_anisotropic() const { return any_anisotropic_; }
-  /// True once any body was a mesh, a height field or a compound: it touches others in several parts.
+  /// True once any body was a mesh, height field or compound, which touch others in several parts.
   bool any_in_parts() const { return any_in_parts_; }
   /// True once any body had a `custom_filter`.
   bool any_custom_filter() const { return any_custom_filter_; }
   void set_custom_filter(std::uint32_t slot, bool custom_filter);
-  /// Slots of the bodies that are sensors, ascending.
+  /// Slots of sensors, ascending.
   std::span<const std::uint32_t> sensors() const { return sensors_; }
   /// Slots of the bodies with `pre_solve`, ascending.
   std::span<const std::uint32_t> pre_solvers() const { return pre_solvers_; }
@@ -108,12 +109,12 @@ class BodyTable {
   std::size_t memory_bytes() const;
 
   void save(ByteWriter& write) const;
-  /// Into an empty table. Throws `Error{file}` on content that cannot be.
+  /// Into an empty table. Throws `Error{file}` on impossible content.
   void restore(ByteReader& in);
 
   BodyInfo& operator[](std::uint32_t slot) { return infos_[slot]; }
   const BodyInfo& operator[](std::uint32_t slot) const { return infos_[slot]; }
-  /// Apart from the rest, because no step reads it.
+  /// Stored separately, because no step reads it.
   std::uint64_t user_data(std::uint32_t slot) const { return user_data_[slot]; }
   void set_user_data(std::uint32_t slot, std::uint64_t data) { user_data_[slot] = data; }
 

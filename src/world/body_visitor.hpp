@@ -1,4 +1,4 @@
-// How queries get at bodies: a simulator's tree offers those whose boxes a moving box meets.
+// Access of queries to bodies: a simulator's tree offers those whose boxes a moving box meets.
 #pragma once
 
 #include <cstdint>
@@ -6,16 +6,16 @@
 
 namespace fathom {
 
-/// A box that moves by `translation`, which may be zero; a ray is one without extents. All finite.
+/// A box that moves by `translation`, which may be zero; a ray has no extents. All finite.
 struct MovingBox {
-  Vec3 centre;       ///< where it begins (m, world)
+  Vec3 centre;       ///< at the start (m, world)
   Vec3 half;         ///< half extents, ≥ 0 (m)
   Vec3 translation;  ///< m
 };
 
 class BodyVisitor {
  public:
-  /// A body whose box is met, or nearly. Returns the fraction of the way beyond which nothing is of interest any more.
+  /// Visits a body whose box is met, or nearly. Returns the fraction of the path beyond which nothing is of interest.
   virtual float visit(std::uint32_t slot) = 0;
 
  protected:

@@ -1,5 +1,5 @@
-// What the application is asked in the middle of a step (`World::set_pre_solve_callback`, `set_filter_callback`). A
-// step goes on to its end whatever a callback throws; then it is thrown on.
+// Calls to the application within a step (`World::set_pre_solve_callback`, `set_filter_callback`). If a callback
+// throws, the step is completed first; then the exception is rethrown.
 #pragma once
 
 #include <exception>
@@ -13,15 +13,15 @@ class Callbacks {
   std::function<void(PreSolveContact&)> pre_solve;
   std::function<bool(BodyId a, BodyId b)> filter;
 
-  /// Lets the application change the contact. Where it throws, or changes it to what materials cannot be, the contact
-  /// stays as it is.
+  /// Lets the application change the contact. If it throws, or makes the materials invalid, the contact stays
+  /// unchanged.
   void ask(PreSolveContact& contact);
-  /// Whether it lets the bodies collide; true where it throws.
+  /// Whether it lets the bodies collide; true if it throws.
   bool lets_collide(BodyId a, BodyId b);
 
-  /// Throws where a callback is running, which wants `action`.
+  /// Throws if called for `action` from within a callback.
   void check_not_called(const char* action) const;
-  /// Throws what was thrown first.
+  /// Rethrows the first exception.
   void rethrow();
 
  private:

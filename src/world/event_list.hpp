@@ -1,4 +1,4 @@
-// Events on their way to the application: what finished steps have told and nobody has read yet.
+// Events on their way to the application: reported by finished steps and not yet read.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,14 @@
 
 namespace fathom {
 
-/// Of a list that nobody reads the oldest events are dropped, so that it does not grow forever.
+/// The oldest events of a list that is never read are dropped, so that it does not grow forever.
 inline constexpr std::size_t max_unread_events = std::size_t{1} << 18;
 
-/// What is read stays until the next step begins; what comes meanwhile is appended when the list is read again.
+/// Read events remain until the next step begins; later ones are appended when the list is read again.
 template <class Event>
 class EventList {
  public:
-  /// Returns how many events that were not read had to be dropped.
+  /// Returns how many unread events were dropped.
   std::size_t add(std::span<const Event> events) {
     arrived_.insert(arrived_.end(), events.begin(), events.end());
     if (arrived_.size() <= max_unread_events) return 0;
@@ -30,14 +30,14 @@ class EventList {
     arrived_.clear();
     return shown_;
   }
-  /// A step begins: what was read goes when the list is read again.
+  /// A step begins: events that were read are removed when the list is read again.
   void begin_step() { was_read_ = false; }
   void clear() {
     shown_.clear();
     arrived_.clear();
   }
 
-  /// Those of step `step`, read or not.
+  /// Events of step `step`, read or not.
   std::vector<Event> of_step(std::uint64_t step) const {
     std::vector<Event> some;
     for (const std::vector<Event>* list : {&shown_, &arrived_})

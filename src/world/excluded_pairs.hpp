@@ -1,4 +1,4 @@
-// Pairs of bodies that the application keeps from colliding.
+// Pairs of bodies that the application excludes from collision.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@ class BodyTable;
 class ByteReader;
 class ByteWriter;
 
-/// By slots. A body is taken out after its pairs.
+/// By slots. A body is removed after its pairs.
 class ExcludedPairs {
  public:
-  /// False where nothing changes.
+  /// False if nothing changes.
   bool add(std::uint32_t a, std::uint32_t b);
   bool remove(std::uint32_t a, std::uint32_t b);
   bool contains(std::uint32_t a, std::uint32_t b) const;
-  /// Those that the body is excluded with, ascending.
+  /// The bodies excluded from collision with this one, ascending.
   std::span<const std::uint32_t> of(std::uint32_t body) const {
     return body < of_body_.size() ? std::span<const std::uint32_t>(of_body_[body]) : std::span<const std::uint32_t>();
   }
@@ -31,11 +31,11 @@ class ExcludedPairs {
   }
 
   void save(ByteWriter& write) const;
-  /// Into an empty table. Throws `Error{file}` on content that cannot be.
+  /// Into an empty table. Throws `Error{file}` on impossible content.
   void restore(ByteReader& in, const BodyTable& bodies);
 
  private:
-  std::vector<std::vector<std::uint32_t>> of_body_;  // as long as the highest body that ever had a pair
+  std::vector<std::vector<std::uint32_t>> of_body_;  // up to the highest body that ever had a pair
 };
 
 }  // namespace fathom

@@ -10,7 +10,7 @@ FATHOM_HD bool may_collide(const Filter& a, const Filter& b) {
   return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
 }
 
-/// Whether there may be bodies whose filter lets them all through that this one does not let through.
+/// Whether this filter may reject a body whose own filter accepts all.
 inline bool may_keep_out(const Filter& filter) {
   return filter.category == 0 || filter.mask != ~std::uint64_t{0} || filter.group < 0;
 }

@@ -1,4 +1,4 @@
-// Arrays that grow by a quarter rather than twofold: memory per body and per manifold is a promise.
+// Arrays that grow by a quarter instead of doubling: memory per body and per manifold is a promise.
 #pragma once
 
 #include <algorithm>
@@ -21,14 +21,14 @@ void grow_to(Array& array, std::size_t size) {
   array.resize(size);
 }
 
-/// True of the room that a burst needed, as a scene's first step, where `size` is far less.
+/// Whether the capacity was needed only for a burst, such as a scene's first step, and far exceeds `size`.
 template <class Array>
 bool is_of_a_burst(const Array& array, std::size_t size) {
   constexpr std::size_t burst = 1024;
   return array.capacity() > burst && 8 * size < array.capacity();
 }
 
-/// Gives back the room that a burst needed. Clears the array.
+/// Clears the array; frees capacity needed only for a burst.
 template <class T>
 void give_back_room(std::vector<T>& array, std::size_t size) {
   if (is_of_a_burst(array, size))
@@ -37,7 +37,7 @@ void give_back_room(std::vector<T>& array, std::size_t size) {
     array.clear();
 }
 
-/// Makes the array anew with `size` elements that hold anything, in the room there is or in room of its own size.
+/// Resizes to `size` uninitialised elements; reallocates if the capacity was needed only for a burst.
 template <class T>
 void make_anew(LargeArray<T>& array, std::size_t size) {
   if (is_of_a_burst(array, size)) array.reset();

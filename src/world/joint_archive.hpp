@@ -1,4 +1,4 @@
-// Joint definitions as bytes.
+// Serialises joint definitions.
 #pragma once
 
 #include <fathom/joint.hpp>
@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// All but which bodies it joins, which each writer names in a way of its own.
+/// All but the joined bodies, which each format names in its own way.
 template <class Def, class Archive>
 void archive_joint(Def& def, Archive& archive) {
   archive(def.type, def.frame_a.position, def.frame_a.rotation, def.frame_b.position, def.frame_b.rotation,

@@ -1,11 +1,11 @@
-// Joints that break: after each step, in the order of slots.
+// Breaks joints after each step, in slot order.
 #include <cmath>
 
 #include "world/simulator.hpp"
 
 namespace fathom {
 
-// What a coupling does to its bodies is not one the reverse of the other; its simulators tell of the definition's B.
+// A coupling's reactions on its two bodies are not opposite; simulators report the one on the definition's B.
 JointReaction Simulator::reaction(std::uint32_t slot) const {
   const JointInfo& info = joints[slot];
   const float rate = info.swapped && info.def.type != JointType::coupling ? -1 / def.dt : 1 / def.dt;
@@ -13,13 +13,13 @@ JointReaction Simulator::reaction(std::uint32_t slot) const {
   return {rate * impulse.force, rate * impulse.torque};
 }
 
-/// In double precision, whose squares do not overflow.
+/// In double precision, where squares do not overflow.
 static bool exceeds(Vec3 v, float most) {
   const double x = static_cast<double>(v.x), y = static_cast<double>(v.y), z = static_cast<double>(v.z);
   return std::sqrt(x * x + y * y + z * z) > static_cast<double>(most);
 }
 
-// The joints that go are known before any goes: removing one changes no reaction of another.
+// The joints to break are found before any is removed: removing one changes no other's reaction.
 void Simulator::break_joints() {
   collects_events() ? broken.begin_step() : broken.clear();
   if (joints.breakable_count() == 0) return;

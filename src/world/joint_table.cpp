@@ -28,7 +28,7 @@ JointInfo make_info(const JointDef& def, const BodyTable& bodies) {
   return info;
 }
 
-/// What is restored is so already, and must keep its bits.
+/// Restored rotations are normalised already, and must keep their bits.
 JointDef normalised(JointDef def) {
   def.frame_a.rotation = normalize(def.frame_a.rotation);
   def.frame_b.rotation = normalize(def.frame_b.rotation);
@@ -141,7 +141,7 @@ std::size_t JointTable::memory_bytes() const {
   return bytes;
 }
 
-// Of a definition all is told but the bodies' generations, which are those of the body table.
+// Saves all of a definition but the bodies' generations, which follow from the body table.
 void JointTable::save(ByteWriter& write) const {
   write(generations_, free_slots_);
   for (const JointId joint : living()) {

@@ -1,7 +1,7 @@
-// Which bodies rigid joints connect to mechanisms that are solved directly (dynamics/mechanism.hpp): trees, and few
-// loops of bodies that collide with nothing (dynamics/loop_closure.hpp). Where loops are more or may be hit, the joints
-// that close them are left to sweeps; where they are many, which is a net, all are. A hit on a loop gives impulses that
-// nothing in it follows, and acting again along arms that have turned they gain energy
+// Finds the mechanisms of rigid joints that are solved directly (dynamics/mechanism.hpp): trees, and bodies with few
+// loops that collide with nothing (dynamics/loop_closure.hpp). If there are more loops or they may be hit, the joints
+// that close them are left to sweeps; if there are many, as in a net, all joints are. A hit on a loop gives impulses
+// that nothing in it follows; applied again along arms that have turned, they gain energy
 // (docs/log/2026-11-25-loop-closures.md).
 #pragma once
 
@@ -16,16 +16,16 @@
 
 namespace fathom {
 
-/// Finds them among the joints and bodies of a `Source`, by its numbers:
+/// Finds them among the joints and bodies of a `Source`, which numbers both:
 ///
 ///     bodies(), joints(): how many numbers there are
-///     is_candidate(j): it may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j)
+///     is_candidate(j): may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j)
 ///     is_obstacle(i): joints do not push it;  inverse_mass(i);  may_collide(i)
-///     accepts(links): whether the tree, its root first, is to be solved directly
+///     accepts(links): whether the tree, root first, is to be solved directly
 class JointTrees {
  public:
   static constexpr std::uint32_t none = MechanismLink::none;
-  /// Of a joint in `direct()`: it is solved directly, in a mechanism that some drive moves, or none.
+  /// Values of `direct()`: the joint is solved directly, in a mechanism with a drive, or in one without.
   static constexpr std::uint8_t driven = 1, undriven = 2;
 
   template <class Source>
@@ -33,7 +33,7 @@ class JointTrees {
     clear();
     if (source.joints() == 0) return;
     list_joints(source);
-    // Trees that hang on something come first, so that what hangs on two things is a loop, cut at the later joint.
+    // Trees attached to an obstacle come first; a tree attached to two is a loop, cut at the later joint.
     for_each_candidate(source, [&](std::uint32_t joint) {
       const std::uint32_t a = source.a(joint), b = source.b(joint);
       if (source.is_obstacle(a) && !source.is_obstacle(b) && link_of_[b] == none) add_mechanism(source, b, joint);
@@ -49,13 +49,13 @@ class JointTrees {
 
   const std::vector<MechanismLink>& links() const { return links_; }
   const std::vector<Mechanism>& mechanisms() const { return mechanisms_; }
-  /// The first links of levels, and behind a mechanism's last one its end and its copies.
+  /// The first link of each level and, after a mechanism's last level, its end and its copies.
   const std::vector<std::uint32_t>& levels() const { return levels_; }
-  /// By joint: 0, or how it is solved directly.
+  /// By joint: 0 if left to sweeps, else `driven` or `undriven`.
   const std::vector<std::uint8_t>& direct() const { return direct_; }
-  /// Links with generic joints.
+  /// Number of links with generic joints.
   std::uint32_t generic() const { return generic_; }
-  /// That loops' closures take.
+  /// Floats for the closures of loops.
   std::uint32_t closure_floats() const { return closure_floats_; }
 
   std::size_t memory_bytes() const {
@@ -66,8 +66,8 @@ class JointTrees {
   }
 
  private:
-  static constexpr std::uint32_t max_links = 4096;    // which one thread solves; more are a net or a rope
-  static constexpr std::uint32_t links_a_loop = 8;    // at least, where sweeps have loops: more are a net
+  static constexpr std::uint32_t max_links = 4096;    // as many as one thread can solve; more are a net or a rope
+  static constexpr std::uint32_t links_a_loop = 8;    // at least, if sweeps solve the loops: shorter loops are a net
   static constexpr std::uint32_t max_closing = 1024;  // links times loops: six solutions each
 
   template <class Source, class Act>
@@ -93,7 +93,7 @@ class JointTrees {
     });
   }
 
-  // The heaviest first: the inertia of a light root would be lost beside that of what hangs on it.
+  // The heaviest first: a light root's inertia would be lost in rounding beside that of the bodies attached to it.
   template <class Source>
   std::vector<std::uint32_t> free_roots(const Source& source) const {
     std::vector<std::uint32_t> roots;
@@ -131,14 +131,14 @@ class JointTrees {
   void add_mechanism(const Source& source, std::uint32_t root, std::uint32_t root_joint) {
     if (!grow(source, root, root_joint, true)) grow(source, root, root_joint, false);
   }
-  /// Whether it could. `cuts`: loops are cut at bodies, not left to sweeps.
+  /// Returns whether that is settled. `cuts`: loops are cut at bodies, not left to sweeps.
   template <class Source>
   bool grow(const Source& source, std::uint32_t root, std::uint32_t root_joint, bool cuts) {
     const auto first = static_cast<std::uint32_t>(links_.size()), level = static_cast<std::uint32_t>(levels_.size());
     const std::uint32_t first_generic = generic_;
     copies_.clear();
     link_of_[root] = add(source, root, root_joint, none);
-    std::uint32_t ends = 0;  // of joints that are no links: a loop has both of its ends here, or one at an obstacle
+    std::uint32_t ends = 0;  // of joints that are not links; each such joint counts twice
     for (std::uint32_t i = first, next_level = first; i < links_.size(); ++i) {
       if (i == next_level) {
         levels_.push_back(i);
@@ -164,7 +164,7 @@ class JointTrees {
     }
     for (const MechanismLink& link : tree)
       if (link.joint != none) direct_[link.joint] = 0;
-    // Without another try their bodies stay marked, so that nobody looks again.
+    // Without another attempt the bodies stay marked, so that they are not tried again.
     const bool gives_up = copies_.empty();
     for (const MechanismLink& link : tree)
       if (!gives_up) link_of_[link.body] = none;
@@ -173,7 +173,7 @@ class JointTrees {
     generic_ = first_generic;
     return gives_up;
   }
-  /// Adds what hangs on link i. Returns how many ends of joints it leaves to sweeps.
+  /// Adds what is attached to link i. Returns how many joint ends it leaves to sweeps.
   template <class Source>
   std::uint32_t follow(const Source& source, std::uint32_t i, bool cuts) {
     std::uint32_t ends = 0;
@@ -191,9 +191,9 @@ class JointTrees {
       else if (!cuts)
         ++ends;
       else if (link_of_[other] < i || source.inverse_mass(other) <= source.inverse_mass(body))
-        add_copy(source, link_of_[other], joint, i);  // of the heavier one: others look at this joint in their turn
+        add_copy(source, link_of_[other], joint, i);  // of the heavier one: otherwise the other link handles this joint
     });
-    // Behind the link's children, which follow each other.
+    // After the link's children, which are consecutive.
     each_joint([&](std::uint32_t joint, std::uint32_t other) {
       if (!source.is_obstacle(other)) return;
       if (cuts)
@@ -204,13 +204,13 @@ class JointTrees {
     return ends;
   }
 
-  /// What stiff joints bind together of the links from this one on.
+  /// Sums the masses that stiff joints bind together, from link `first` on.
   template <class Source>
   void weigh(const Source& source, std::uint32_t first) {
     const auto is_bound = [&](const MechanismLink& link) {
       return link.parent != none && !link.is_copy() && source.is_stiff(link.joint);
     };
-    // Parents come first, so that from the end on each hands its sum to its parent, and gets the whole back.
+    // Parents come first: backwards, each adds its sum to its parent's; forwards, each gets the total.
     for (std::uint32_t i = first; i < links_.size(); ++i)
       links_[i].rigid_mass = links_[i].is_copy() ? 0 : 1 / source.inverse_mass(links_[i].body);
     for (auto i = static_cast<std::uint32_t>(links_.size()); i-- > first;)
@@ -234,7 +234,7 @@ class JointTrees {
   std::vector<std::uint32_t> levels_;
   std::vector<std::uint8_t> direct_;
   std::uint32_t generic_ = 0, closure_floats_ = 0;
-  std::vector<std::uint32_t> copies_;        // of the mechanism that grows
+  std::vector<std::uint32_t> copies_;        // of the mechanism being grown
   std::vector<std::uint32_t> link_of_;       // by body, or none
   std::vector<std::uint32_t> joints_first_;  // by body: where its joints begin in `joints_of_`
   std::vector<std::uint32_t> joints_of_;

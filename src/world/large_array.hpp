@@ -1,8 +1,8 @@
-// Arrays that grow while they are in use and may become large: they lie in pages of their own, which growing moves in
-// the address space instead of copying them. A vector that grows step by step to 4 MB fetches five times that from the
-// system, page fault by page fault, and it is the one thread that grows it who waits. From 2 MB on they are aligned to
-// huge pages and ask for them: contacts and manifolds are read in no order, and a thousand small pages is all that a
-// core's translation buffers hold.
+// Arrays that grow during use and may become large: they have pages of their own, which growing remaps instead of
+// copying. A vector that grows step by step to 4 MB requests five times that from the system, page fault by page fault,
+// while other threads wait for the one that grows it. From 2 MB on they are aligned to huge pages and request them:
+// contacts and manifolds are read in random order, and a core's translation buffers cover only about a thousand small
+// pages.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@
 
 namespace fathom {
 
-/// Plain objects, aligned to a cache line. New ones hold anything until they are assigned.
+/// Trivially copyable objects, aligned to a cache line. New elements are uninitialised.
 template <class T>
 class LargeArray {
  public:
@@ -53,7 +53,7 @@ class LargeArray {
     size_ = size;
   }
   void clear() { size_ = 0; }
-  /// Gives back all room.
+  /// Frees all memory.
   void reset() {
     release(data_, capacity_);
     data_ = nullptr;
@@ -81,7 +81,7 @@ class LargeArray {
       else
         take_over(static_cast<T*>(memory), old, old_capacity);
       if (memory == MAP_FAILED) throw std::bad_alloc();
-      if (now >= huge_page) madvise(memory, now, MADV_HUGEPAGE);  // a wish: without them it is slower, no more
+      if (now >= huge_page) madvise(memory, now, MADV_HUGEPAGE);  // a hint: without huge pages it is only slower
       return static_cast<T*>(memory);
     }
 #endif
@@ -91,14 +91,14 @@ class LargeArray {
   }
 #ifdef FATHOM_HAS_MREMAP
   static constexpr std::size_t huge_page = std::size_t{1} << 21;
-  static constexpr std::size_t page = 65536;  // the largest that processors have
+  static constexpr std::size_t page = 65536;  // the largest page size of any processor
   static std::size_t mapped_bytes(std::size_t capacity) { return (capacity * sizeof(T) + page - 1) / page * page; }
   static void* mapped(std::size_t bytes) {
     const std::size_t slack = bytes >= huge_page ? huge_page : 0;
     void* const memory = mmap(nullptr, bytes + slack, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::bad_alloc();
     if (slack == 0) return memory;
-    // What lies before the first huge page goes back, and what lies behind the array.
+    // Unmaps what precedes the first huge page, and what follows the array.
     char* const first = static_cast<char*>(memory);
     const std::size_t before = -reinterpret_cast<std::uintptr_t>(first) % huge_page;
     if (before > 0) munmap(first, before);

@@ -8,10 +8,10 @@ namespace fathom {
 
 namespace {
 
-constexpr std::size_t min_bodies = 1024;  // fewer stay in one core's cache in any order
+constexpr std::size_t min_bodies = 1024;  // fewer fit in one core's cache in any order
 constexpr double much_longer = 4;
 
-/// From position to position (m).
+/// Length of the path from position to position (m).
 double way(const std::vector<Vec3>& positions, const std::vector<std::uint32_t>& order) {
   double sum = 0;
   for (std::size_t i = 1; i < order.size(); ++i)

@@ -1,7 +1,7 @@
-// In which order bodies that are added together get their indices.
+// The order in which bodies added together get their indices.
 //
-// Simulators keep bodies by index, and threads share them out by index. Where neighbours in space have neighbouring
-// indices, what a thread works on lies together in memory, and little of it in other cores' caches.
+// Simulators store bodies by index, and threads divide them by index. If neighbours in space have neighbouring indices,
+// a thread's data is contiguous in memory, and little of it is in other cores' caches.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace fathom {
 
-/// Indices of `defs`, whose positions are finite, in the order in which to add them: as they are, or, where that goes
-/// to and fro in space, along a Morton curve. Rows and layers keep their order, whose contacts need fewer colours.
+/// Indices of `defs`, whose positions are finite, in the order in which to add them: as given or, if that jumps about
+/// in space, along a Morton curve. Rows and layers keep their order, which needs fewer colours.
 std::vector<std::uint32_t> placement_order(std::span<const BodyDef> defs);
 
 }  // namespace fathom

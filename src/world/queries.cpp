@@ -1,6 +1,6 @@
-// World's queries: checks what is asked, lets the simulator's tree offer bodies, and asks each of them exactly.
+// World's queries: checks arguments, lets the simulator's tree offer bodies, and tests each exactly.
 //
-// What is answered depends on bodies and poses alone, not on the tree: all simulators give the same.
+// Results depend on bodies and poses alone, not on the tree: all simulators give the same.
 #include <algorithm>
 #include <fathom/world.hpp>
 #include <string>
@@ -22,7 +22,7 @@ bool is_before(float fraction, BodyId id, const CastHit& other) {
   return fraction != other.fraction ? fraction < other.fraction : id.index < other.body.index;
 }
 
-/// What one query looks at.
+/// The data of one query.
 class Query {
  public:
   Query(const Simulator& simulator, const QueryFilter& filter, const char* action)
@@ -31,13 +31,13 @@ class Query {
     poses_ = simulator.prepare_queries();
   }
 
-  /// The nearest of what `meet(geometry, pose, limit)` finds, an optional `SurfaceHit` up to the fraction `limit`, of
-  /// bodies that the box meets. Of equally near ones the one with the least index.
+  /// The nearest hit of `meet(geometry, pose, limit)`, which returns an optional `SurfaceHit` up to the fraction
+  /// `limit`, among bodies whose boxes `box` meets. Of equal hits the body with the lowest index wins.
   template <class Meet>
   std::optional<CastHit> nearest(const MovingBox& box, const Meet& meet) const {
     std::optional<CastHit> nearest;
     for_each_in(box, [&](std::uint32_t slot) {
-      // A body as near up to rounding may have the lesser index.
+      // A body equally near up to rounding may have a lower index.
       const double limit = nearest ? std::min(1.0, (1 + 1e-7) * static_cast<double>(nearest->fraction)) : 1.0;
       const std::optional<SurfaceHit> hit = meet(bodies_[slot].geometry, poses_[slot], limit);
       const bool is_nearer = hit && (!nearest || is_before(hit->fraction, bodies_.id(slot), *nearest));
@@ -47,7 +47,7 @@ class Query {
     return nearest;
   }
 
-  /// All of them, the nearest first.
+  /// All hits, nearest first.
   template <class Meet>
   std::vector<CastHit> all(const MovingBox& box, const Meet& meet) const {
     std::vector<CastHit> hits;
@@ -60,7 +60,7 @@ class Query {
     return hits;
   }
 
-  /// Bodies, ascending, of which `overlap(geometry, pose)` says so, out of those that the box meets.
+  /// Bodies for which overlap(geometry, pose) is true, ascending, among those whose boxes `box` meets.
   template <class Overlap>
   std::vector<BodyId> overlaps(const MovingBox& box, const Overlap& overlap) const {
     std::vector<BodyId> ids;
@@ -76,7 +76,7 @@ class Query {
   const Pose& pose(std::uint32_t slot) const { return poses_[slot]; }
 
  private:
-  /// Calls visit(slot) for bodies that the mask and the list let pass.
+  /// Calls visit(slot) for bodies that pass the mask and the ignore list.
   template <class Visit>
   void for_each_in(const MovingBox& box, const Visit& visit) const {
     struct Visitor final : BodyVisitor {
@@ -148,14 +148,14 @@ auto meeting(const PlacedShape& moving, Vec3 translation) {
   };
 }
 
-/// `s` is of a shape at the position `at`.
+/// `s` is relative to a shape at position `at`.
 ClosestPoints points_of(const Separation& s, Vec3d at) {
   return {static_cast<float>(s.distance), to_float(at + s.on_a), to_float(at + s.on_b), to_float(s.normal)};
 }
 
 ClosestPoints turned(const ClosestPoints& p) { return {p.distance, p.on_b, p.on_a, -p.normal}; }
 
-/// The nearest of what `points_to(child, pose)` finds; of equally near ones that of the child with the least index.
+/// The nearest result of points_to(child, pose); of equal ones, that of the child with the lowest index.
 template <class PointsTo>
 ClosestPoints nearest_child(const Compound& compound, const Pose& pose, const PointsTo& points_to) {
   std::optional<ClosestPoints> nearest;

@@ -1,9 +1,9 @@
-// Who is in which sensor, found when a step is over.
+// Which bodies are in which sensor, found after each step.
 //
-// One piece of code serves all simulators: it asks the tree that answers queries and their exact distances. So the same
-// poses give the same events, sleepers and what no broad phase pairs are seen, and a step does nothing for sensors, on
-// a device no kernel. The price is that a device's poses come to the host after each step of a world with sensors,
-// which `WorldDef::ahead` then cannot hide. Worlds without sensors do not look at a body.
+// All simulators share this code: it uses the query tree and exact distances. So the same poses give the same events,
+// sleeping bodies and pairs unknown to broad phases are seen, and a step does nothing for sensors, on a device no
+// kernel. The price: after each step of a world with sensors, a device's poses are copied to the host, which
+// `WorldDef::ahead` cannot hide. Worlds without sensors read no body.
 #pragma once
 
 #include <fathom/sensor.hpp>
@@ -26,10 +26,10 @@ class Sensors {
  public:
   EventList<SensorEvent> begun, ended;
 
-  /// Notes where bodies are.
+  /// Stores the bodies' poses.
   void begin_step(const Simulator& simulator);
   void end_step(const Simulator& simulator);
-  /// Of the last step, bodies ascending.
+  /// Bodies inside after the last step, ascending.
   std::span<const Presence> inside(BodyId sensor) const;
 
   /// `step`: the last one, whose events are saved.
@@ -44,11 +44,11 @@ class Sensors {
   std::vector<Presence> inside_;  // by sensor, then body
 
   // Within a step.
-  std::vector<Pose> before_;                              // by slot, as it began
+  std::vector<Pose> before_;                              // by slot, at its start
   std::vector<std::uint32_t> fast_;                       // bodies that moved farther than their own radius
-  float reach_ = 0;                                       // m that the others moved at most
+  float reach_ = 0;                                       // largest movement of the others (m)
   std::vector<std::uint32_t> candidates_;                 // for one sensor
-  std::vector<Presence> present_, passed_, came_, left_;  // passed: within the step
+  std::vector<Presence> present_, passed_, came_, left_;  // passed: through a sensor within the step
   std::vector<SensorEvent> events_;
 };
 

@@ -9,7 +9,7 @@
 namespace fathom {
 namespace {
 
-// As fathom::mesh and fathom::height_field take them.
+// The limits of fathom::mesh and fathom::height_field.
 constexpr float farthest = 1e6f;  // m
 constexpr std::uint64_t max_elements = 1u << 30;
 
@@ -72,12 +72,12 @@ void SurfaceArchive::check_triangles(ByteReader& in, const TriangleMesh& mesh) {
   }
 }
 
-/// Nodes lie in the order of depth first, and leaves hold the triangles in their order: who goes through them comes to
-/// every one once, and never has more second children before it than a search keeps.
+/// Nodes are in depth-first order, and leaves contain the triangles in order: a traversal visits each once and never
+/// has more pending second children than a search can store.
 void SurfaceArchive::check_tree(ByteReader& in, const TriangleMesh& mesh) {
   constexpr std::size_t deepest = 64;  // as in TriangleMesh::find
   const std::size_t nodes = mesh.nodes_.size();
-  std::vector<std::size_t> to_come;  // second children
+  std::vector<std::size_t> to_come;  // pending second children
   std::uint32_t triangle = 0;
   in.require(nodes > 0 && nodes < 2 * std::size_t{mesh.triangle_count()});
   for (std::size_t i = 0; i < nodes; ++i) {
@@ -164,7 +164,7 @@ ChildShape CompoundArchive::read_child(ByteReader& in, ShapeReader& shapes) {
 
 namespace {
 
-/// The number of a shared thing among those written so far; true where it is new.
+/// Writes the number of a shared object among those written so far; true if it is new.
 template <class T>
 bool write_number(ByteWriter& out, std::vector<const T*>& known, const T* thing) {
   const auto found = std::find(known.begin(), known.end(), thing);

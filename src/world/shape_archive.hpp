@@ -1,5 +1,4 @@
-// Shapes and body definitions as bytes. Hulls, surfaces and compounds are written once each: bodies
-// share them.
+// Serialises shapes and body definitions. Hulls, surfaces and compounds are written once each: bodies share them.
 #pragma once
 
 #include <fathom/body.hpp>
@@ -13,14 +12,14 @@
 
 namespace fathom {
 
-/// Reads and writes what `Hull` keeps to itself: a hull built anew from its vertices would be moved by a rounding.
+/// Reads and writes `Hull`'s private data: a hull rebuilt from its vertices would be shifted by rounding.
 struct HullArchive {
   static void write(ByteWriter& out, const Hull& hull);
   static std::shared_ptr<const Hull> read(ByteReader& in);
 };
 
-/// Meshes and height fields: a mesh built anew from its triangles would order them otherwise. Reading checks all that
-/// searches and contacts rely on; boxes are computed again.
+/// Meshes and height fields: a mesh rebuilt from its triangles would order them differently. Reading checks all that
+/// searches and contacts rely on; boxes are recomputed.
 struct SurfaceArchive {
   static void write(ByteWriter& out, ShapeType type, const Surface& surface);
   static std::shared_ptr<const Surface> read(ByteReader& in, ShapeType type);
@@ -36,7 +35,7 @@ struct SurfaceArchive {
 class ShapeReader;
 class ShapeWriter;
 
-/// A compound built anew from its children would be moved by a rounding. The tree of boxes is made again.
+/// A compound rebuilt from its children would be shifted by rounding. The tree of boxes is rebuilt.
 struct CompoundArchive {
   static void write(ByteWriter& out, ShapeWriter& shapes, const Compound& compound);
   static std::shared_ptr<const Compound> read(ByteReader& in, ShapeReader& shapes);
@@ -72,7 +71,7 @@ class ShapeReader {
 FATHOM_COMPONENT_API void write_body(ByteWriter& out, ShapeWriter& shapes, const BodyDef& def);
 FATHOM_COMPONENT_API BodyDef read_body(ByteReader& in, ShapeReader& shapes);
 
-/// The fields one by one: the struct has padding.
+/// Field by field: the struct has padding.
 template <class Archive, class M>
 void archive_material(Archive& a, M& material) {
   a(material.friction, material.restitution, material.friction_rule, material.restitution_rule,

@@ -13,7 +13,7 @@ void Simulator::add_velocity(std::uint32_t slot, const Velocity& change) {
   set_velocity(slot, next);
 }
 
-// Impulses act at once: Δv = P/m, Δω = I⁻¹·L, only on dynamic bodies.
+// Impulses act at once, on dynamic bodies only: Δv = P/m, Δω = I⁻¹·L.
 void Simulator::add_impulse(std::uint32_t slot, const Velocity& impulse) {
   const BodyInfo& info = bodies[slot];
   Velocity v = velocities()[slot];
@@ -32,7 +32,7 @@ void Simulator::for_each_contact_of(std::uint32_t slot, const std::function<void
   });
 }
 
-// The first thread refreshes, the others wait: a thread that sees the flag sees what was refreshed.
+// The first thread refreshes while others wait: a thread that sees the flag sees the refreshed data.
 std::span<const Pose> Simulator::prepare_queries() const {
   callbacks.check_not_called("query");
   if (!queries_are_current_.load(std::memory_order_acquire)) {

@@ -1,7 +1,7 @@
 // A world as bytes: World::save and World::restore.
 //
 // magic "FATHOMWS" · version (u32) · reserved (u32) · size of the rest (u64) · its XXH3 (u64) · definition, number of
-// steps, bodies, joints, excluded pairs, joints that broke in the last step, who is in sensors, and the simulator's own
+// steps, bodies, joints, excluded pairs, joints broken in the last step, bodies in sensors, and the simulator's own
 // state.
 #include <fathom/world.hpp>
 
@@ -20,7 +20,7 @@ constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
 constexpr std::uint32_t version = 27;
 constexpr std::size_t head_size = 32;
 
-/// All of a definition but what belongs to the machine: threads, device and log.
+/// All of a definition but what is specific to the machine: threads, device and log.
 template <class Archive, class Def>
 void archive_definition(Archive& a, Def& def) {
   a(def.simulator, def.gravity, def.dt, def.broad_phase, def.sweep_axis, def.partition, def.max_bodies);

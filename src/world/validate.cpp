@@ -38,8 +38,8 @@ void check_inertia(const SymMat3& m) {
   if (!finite || !is_positive_definite(m))
     refuse("add body: the inertia with diagonal " + text(Vec3{m.xx, m.yy, m.zz}) +
            " is not positive definite; leave it out to take the shape's");
-  // ∫(y² + z²) + ∫(z² + x²) ≥ ∫(x² + y²): no distribution of mass has a moment above the other two's sum. With one, a
-  // body's spin about that axis would not keep its energy. Flat bodies reach the sum, up to rounding.
+  // ∫(y² + z²) + ∫(z² + x²) ≥ ∫(x² + y²): no mass distribution has a moment above the sum of the other two. With such a
+  // moment a body's spin about that axis would not conserve energy. Flat bodies reach the sum, up to rounding.
   const Vec3 moments = principal_frame(m).moments;
   const float largest = max_component(moments), others = moments.x + moments.y + moments.z - largest;
   if (largest > others * (1 + 1e-4f))
@@ -83,7 +83,7 @@ void check_material(const Material& m, const char* action) {
     refuse(std::string(action) + ": the restitution is " + text(m.restitution) + "; it must be at most 1");
   require_not_negative(m.rolling_resistance, action, "the rolling resistance");
   check_finite(m.surface_velocity, action, "the surface velocity");
-  // Its square, times that of a mass, has to be finite.
+  // Its square times a mass must be finite.
   if (max_component(abs(m.surface_velocity)) > 1e6f)
     refuse(std::string(action) + ": the surface velocity is " + text(m.surface_velocity) +
            "; its components must be at most 1e6 m/s");

@@ -1,4 +1,4 @@
-// The World: checks what the application asks, then lets its simulator do it.
+// The World: checks the application's arguments, then forwards to its simulator.
 #include <algorithm>
 #include <fathom/world.hpp>
 #include <new>
@@ -26,7 +26,7 @@ WorldDef normalised(WorldDef def) {
   return def;
 }
 
-/// The slot of a body, for what a callback must not do.
+/// The slot of a body, for actions forbidden in callbacks.
 std::uint32_t slot_to_change(const Simulator& simulator, BodyId id, const char* action) {
   simulator.callbacks.check_not_called(action);
   return simulator.bodies.slot(id, action);
@@ -36,7 +36,7 @@ std::uint32_t slot_to_change(const Simulator& simulator, JointId id, const char*
   return simulator.joints.slot(id, action);
 }
 
-/// The slot of a body that forces move.
+/// The slot of a dynamic body.
 std::uint32_t dynamic_slot(const Simulator& simulator, BodyId id, const char* action) {
   const std::uint32_t slot = slot_to_change(simulator, id, action);
   check_dynamic(simulator.bodies[slot].motion, action);
@@ -68,7 +68,7 @@ std::string World::hardware() const { return simulator_->hardware(); }
 
 namespace {
 
-/// Says once that velocities are cut.
+/// Reports once that velocities are limited.
 void tell_of_limits(Simulator& sim, std::uint32_t slot, Vec3 linear, Vec3 angular) {
   if (!sim.def.log || sim.told_of_limits) return;
   const SpeedLimits limits =
@@ -280,12 +280,12 @@ bool World::is_excluded(BodyId a, BodyId b) const {
   return simulator_->excluded.contains(simulator_->bodies.slot(a, action), simulator_->bodies.slot(b, action));
 }
 
-/// Begins the body anew as another one, with its joints.
+/// Redefines the body in place, with its joints.
 static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, const char* action) {
   try {
     check_body(def);
     check_available(def, sim.def.simulator);
-    BodyTable().add(def);  // throws what the table would, while nothing has changed
+    BodyTable().add(def);  // throws what the table would, before anything changes
   } catch (const Error& error) {
     constexpr std::string_view adding = "add body";
     std::string text = error.what();
@@ -357,7 +357,7 @@ void World::set_pre_solve(BodyId id, bool pre_solve) {
   const std::uint32_t slot = slot_to_change(*simulator_, id, "set pre_solve");
   if (pre_solve) check_available({.pre_solve = true}, simulator_->def.simulator, "set pre_solve");
   simulator_->bodies.set_pre_solve(slot, pre_solve);
-  simulator_->material_changed(slot);  // what the callback has made of its contacts is mixed anew
+  simulator_->material_changed(slot);  // its contacts, changed by the callback, are mixed again
 }
 
 bool World::has_pre_solve(BodyId id) const {
