@@ -1,4 +1,4 @@
-// What the game asks of the simulation: a list of commands, carried out in order before a step. Lists are the only way
+// The game's requests to the simulation: a list of commands, executed in order before a step. Lists are the only way
 // in, so that the simulation can run on its own thread and a run can be recorded and replayed.
 #pragma once
 
@@ -11,8 +11,8 @@
 
 namespace fathom::engine {
 
-/// A body as the game knows it, from the moment it asks for it: the simulation may add it later. Reused indices have
-/// another generation.
+/// A body as the game knows it, from the moment it requests it: the simulation may add it later. Reused indices get a
+/// new generation.
 struct BodyHandle {
   std::uint32_t index = 0xffffffffu;
   std::uint32_t generation = 0;
@@ -25,7 +25,7 @@ enum class CommandKind : std::uint8_t {
   remove,             ///<
   set_pose,           ///< a: position, rotation
   set_velocity,       ///< a: linear, b: angular
-  add_velocity,       ///< a: linear, b: angular, to the velocity it has
+  add_velocity,       ///< a: linear, b: angular, added to the current velocity
   force,              ///< a: N
   force_at,           ///< a: N, b: point
   torque,             ///< a: N·m
@@ -39,18 +39,19 @@ enum class CommandKind : std::uint8_t {
   set_material,       ///< a.x: friction, a.y: restitution, a.z: rolling resistance, b: surface velocity
   move_to,            ///< a: position, rotation
   join,               ///< joint `definition` of the list, from `body` to its other body
-  change_joint,       ///< the joint of `body`, the other one and the user data of joint `definition` becomes as that
+  change_joint,       ///< sets the joint identified by `body`, the other body and the user data to joint `definition`
   unjoin,             ///< removes that joint
-  exclude,            ///< `body` and the other body of joint `definition`, of which nothing else is read
+  exclude,            ///< `body` and the other body of joint `definition`, which is otherwise ignored
   include,            ///< the same
 };
 inline constexpr int command_kind_count = static_cast<int>(CommandKind::include) + 1;
-/// Whether a command's `definition` counts the list's joints.
+/// Whether a command's `definition` is an index of the list's joints.
 inline constexpr bool is_of_joint(CommandKind kind) {
   return kind >= CommandKind::join && kind <= CommandKind::include;
 }
 
-/// Field meanings are with the kind; units and axes are those of `fathom::World`'s functions of the same name.
+/// The kind determines the fields' meaning; units and axes are those of the functions of `fathom::World` with the same
+/// name.
 struct Command {
   CommandKind kind = CommandKind::wake;
   BodyHandle body;
@@ -59,7 +60,7 @@ struct Command {
   std::uint32_t definition = 0;
 };
 
-/// A joint to another body; the definition's own bodies are not read.
+/// A joint to another body; the definition's own bodies are ignored.
 struct JointOrder {
   BodyHandle other;
   JointDef def;

@@ -7,7 +7,7 @@
 namespace fathom::engine {
 namespace {
 
-// Handles are given out from 0 up, so one far beyond the number of bodies a world holds is no handle.
+// Handles are assigned from 0 up, so one far beyond a world's capacity is invalid.
 constexpr std::uint32_t max_handles = 1u << 28;
 
 std::string text(BodyHandle handle) {
@@ -16,7 +16,7 @@ std::string text(BodyHandle handle) {
 
 bool is_handle(BodyHandle handle) { return handle.index < max_handles && handle.generation != 0; }
 
-/// How many of the commands, from the first on, add bodies whose definitions lie side by side.
+/// Number of leading commands that add bodies with consecutive definitions.
 std::size_t additions(std::span<const Command> commands) {
   std::size_t count = 0;
   while (count < commands.size() && commands[count].kind == CommandKind::add && is_handle(commands[count].body) &&
@@ -81,7 +81,7 @@ void CommandRunner::run(const CommandList& list) {
   }
 }
 
-// False, and none added, where the world refuses one; one by one tells which.
+// False, with none added, if the world refuses one; adding them one by one tells which.
 bool CommandRunner::add_together(std::span<const Command> additions, const CommandList& list) {
   const std::size_t first = additions.front().definition;
   if (first + additions.size() > list.definitions().size()) return false;

@@ -1,4 +1,4 @@
-// Carries commands out on a world, and knows which body each handle stands for.
+// Executes commands on a world and maps handles to bodies.
 #pragma once
 
 #include <fathom/world.hpp>
@@ -11,28 +11,28 @@ namespace fathom::engine {
 
 class CommandRunner {
  public:
-  /// Bodies that the world has already get their ids as handles.
+  /// Existing bodies of the world get their ids as handles.
   explicit CommandRunner(World& world);
 
-  /// Carries out the commands in order. Throws what the world throws, saying which command of which body it was.
+  /// Executes the commands in order. Throws what the world throws, naming the command and its body.
   void run(const CommandList& list);
 
   const World& world() const { return *world_; }
   /// Whether the handle has a body.
   bool contains(BodyHandle handle) const;
-  /// The body of a handle. Throws `Error{stale_id}` where it has none.
+  /// The body of a handle. Throws `Error{stale_id}` if it has none.
   BodyId body(BodyHandle handle) const;
-  /// The handle of a living body, or one of generation 0.
+  /// The handle of a living body, else one of generation 0.
   BodyHandle handle(BodyId body) const;
 
-  /// By handle index; generation 0 where there is none.
+  /// By handle index; generation 0 if unused.
   struct Entry {
     std::uint32_t generation = 0;
     BodyId body;
   };
   const std::vector<Entry>& entries() const { return entries_; }
-  /// Adopts the entries of another runner whose world was restored into this one's. Throws `Error{file}` where they
-  /// name bodies that are not there.
+  /// Adopts the entries of another runner whose world was restored into this one's. Throws `Error{file}` if they name
+  /// bodies that do not exist.
   void set_entries(std::vector<Entry> entries);
 
  private:

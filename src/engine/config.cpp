@@ -29,7 +29,7 @@ std::string unknown_key(std::string_view name) {
       guess.empty() ? std::string("; 'fathom config' lists the keys") : fmt::format("; did you mean '{}'?", guess));
 }
 
-/// Puts one value in. Throws `std::string`.
+/// Sets one value. Throws `std::string`.
 void assign(Settings& settings, const std::string& name, const toml::node& value) {
   if (name.starts_with(action_prefix) && name.size() > action_prefix.size()) {
     try {
@@ -72,7 +72,7 @@ toml::table parse_toml(std::string_view text, std::string_view file) {
   }
 }
 
-/// A value as TOML reads it; nothing where it is no TOML.
+/// A value parsed as TOML; none if it is not TOML.
 std::optional<toml::table> parse_value(const std::string& value) {
   if (value.find('\n') != std::string::npos) return std::nullopt;
   try {
@@ -95,7 +95,7 @@ void Config::parse(std::string_view text, std::string_view file) {
   const toml::table root = parse_toml(text, file);
   std::vector<Leaf> leaves;
   collect_leaves(root, "", leaves);
-  // Tables are sorted by key; complaints come in the order of the file.
+  // Tables are sorted by key; errors are reported in file order.
   std::sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) { return a.where.begin < b.where.begin; });
   note_edits();
   Settings values = values_;
@@ -118,7 +118,7 @@ void Config::set(std::string_view assignment) {
   if (equals == std::string_view::npos || equals == 0)
     throw Error(ErrorCode::invalid_argument,
                 fmt::format("--set {}: write it as key=value, e.g. --set simulator.threads=4", assignment));
-  // What TOML cannot say could not be saved.
+  // What TOML cannot express could not be saved.
   if (!parse_value(quoted_toml(assignment)))
     throw Error(ErrorCode::invalid_argument, "--set key=value: the text is no UTF-8; write it in UTF-8");
   const std::string name(assignment.substr(0, equals)), value(assignment.substr(equals + 1));
@@ -147,7 +147,7 @@ std::string Config::text(bool origins) const {
     const std::string head = name.substr(0, name.rfind('.', action_prefix.size() - 1));
     if (head != table) out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", table = head);
     const std::string comment = origins ? now.origin_of(name) : help;
-    // What nobody set is no part of the file: read again, it is as open as before.
+    // Unset values are written as comments, so that they are unset when read again.
     out += fmt::format("{:<36}{}\n", (now.counts(name) ? "" : "# ") + key + " = " + value,
                        comment.empty() ? "" : "  # " + comment);
   };

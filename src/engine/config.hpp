@@ -1,4 +1,4 @@
-// The engine's configuration: a TOML file, single keys from the command line, and where each value came from.
+// The engine's configuration: a TOML file, single keys from the command line, and the origin of each value.
 // docs/engine.md lists the keys.
 #pragma once
 
@@ -16,14 +16,14 @@ namespace fathom::engine {
 
 enum class Pacing : std::uint8_t {
   free,   ///< as fast as possible
-  fixed,  ///< `loop.rate` frames a second
-  vsync,  ///< as the display asks; like `fixed` where the front end has no display
+  fixed,  ///< `loop.rate` frames per second
+  vsync,  ///< paced by the display; like `fixed` if the front end has none
 };
 
 /// How many steps a frame makes.
 enum class TimeSource : std::uint8_t {
   steps,  ///< one, however long it takes
-  wall,   ///< as many as wall time asks for
+  wall,   ///< as many as wall time requires
 };
 
 /// The values. Each is a key of the file: `simulator.threads` is `Settings::simulator.threads`.
@@ -97,57 +97,57 @@ struct Settings {
   std::map<std::string, std::vector<std::string>> actions;
 };
 
-/// Who sets a value. Of two the later one wins; a preset sets all that it decides.
+/// The source of a value. The later source in this order wins; a preset sets all that it decides.
 enum class Setter : std::uint8_t { nobody, scene, file, assignment, option, program };
 
-/// The world beneath a configuration: what nobody sets is as it says.
+/// The world below a configuration: it determines what is not set.
 struct WorldBase {
   WorldDef world{};
   std::string name{};                                      ///< of the scene
-  std::optional<Preset> preset{};                          ///< that the scene asks for
-  std::map<std::string, std::string, std::less<>> said{};  ///< where the scene sets a key ("scene.toml:12")
+  std::optional<Preset> preset{};                          ///< requested by the scene
+  std::map<std::string, std::string, std::less<>> said{};  ///< where the scene sets each key ("scene.toml:12")
 };
 
 class Config {
  public:
   Config();
 
-  /// Reads a file over the present values. Throws `Error{file}` that names file, line, key and remedy, and
-  /// then changes nothing.
+  /// Reads a file over the present values. Throws `Error{file}` that names file, line, key and remedy, in which case
+  /// nothing changes.
   void load(const std::string& path);
-  /// The same from text; `file` is what complaints call it.
+  /// The same from text; `file` is its name in error messages.
   void parse(std::string_view text, std::string_view file);
-  /// Sets one key from "simulator.threads=4"; `value` is TOML, quotes around words may be left out. Throws
+  /// Sets one key from "simulator.threads=4"; `value` is TOML, with optional quotes around words. Throws
   /// `Error{invalid_argument}`.
   void set(std::string_view assignment);
-  /// Sets one key as a command's option does, over files and assignments; `option` is what `origin` calls it.
+  /// Sets one key as a command-line option, over files and assignments; `option` is its name for `origin`.
   void give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change,
             Setter setter = Setter::option);
-  /// Lays a world beneath.
+  /// Sets the world below the configuration.
   void set_base(WorldBase base);
-  /// Writes what was set as a file that `load` reads, and the rest as comments; complete or not at all. What `load`
-  /// makes of it is this configuration. Throws `Error{file}`.
+  /// Writes a file that `load` reads back as this configuration, with unset keys as comments; complete or not at all.
+  /// Throws `Error{file}`.
   void save(const std::string& path) const;
 
-  /// The values as a TOML file, those that nobody set as comments; with `origins` each line ends in a comment that says
-  /// where its value came from.
+  /// The values as a TOML file, unset ones as comments; with `origins` each line ends in a comment with the origin of
+  /// its value.
   std::string text(bool origins) const;
-  /// "default", "engine.toml:3", "--set", "--solver", "program", "preset dissertation", or of the scene its name or
+  /// "default", "engine.toml:3", "--set", "--solver", "program", "preset dissertation", or, from the scene, its name or
   /// "scene.toml:12".
   std::string origin(std::string_view key) const;
   /// Whether a file, an assignment, an option or the program set the value.
   bool is_set(std::string_view key) const;
   std::vector<std::string> keys() const;
 
-  /// The values in effect; what a preset that was edited decides shows in `settled`.
+  /// The values in effect; effects of an edited preset show only in `settled`.
   const Settings& operator*() const { return values_; }
   const Settings* operator->() const { return &values_; }
-  /// For programs that set values themselves. What they leave at the value it had counts as not set.
+  /// For programs that set values themselves. Values left unchanged count as not set.
   Settings& edit() { return values_; }
-  /// With all effects of what was edited.
+  /// The configuration with all effects of edits.
   Config settled() const;
 
-  /// The world that base and settings come to; `log` gets the lines of the library.
+  /// The world defined by base and settings; `log` receives the library's messages.
   WorldDef world_definition(std::function<void(std::string_view)> log = {}) const;
 
  private:
@@ -166,8 +166,8 @@ class Config {
   void settle();
 
   Settings values_;
-  Settings settled_;                                    // as they were last settled: what differs was edited
-  std::map<std::string, Origin, std::less<>> origins_;  // of what was set
+  Settings settled_;                                    // as last settled: differences are edits
+  std::map<std::string, Origin, std::less<>> origins_;  // of set values
   WorldBase base_;
 };
 

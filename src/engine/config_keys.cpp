@@ -15,7 +15,7 @@
 namespace fathom::engine {
 namespace {
 
-// `At` is a generic lambda from settings to the value, so that one lambda serves reading and writing.
+// `At` is a generic lambda from settings to the value, so that one lambda serves both reading and writing.
 
 template <class At>
 ConfigKey integer(std::string name, std::string help, std::int64_t least, std::int64_t most, At at) {
@@ -41,7 +41,7 @@ ConfigKey real(std::string name, std::string help, double least, double most, At
           [=](const Settings& s) { return fmt::format("{}", at(s)); }};
 }
 
-/// A finite number of single precision, greater than 0 or at least 0.
+/// A finite single-precision number, greater than 0 or at least 0.
 template <class At>
 ConfigKey amount(std::string name, std::string help, bool positive, At at) {
   return {std::move(name), std::move(help), false,
@@ -97,7 +97,7 @@ ConfigKey choice(std::string name, std::string help, std::vector<std::pair<std::
           }};
 }
 
-/// Three finite numbers that are good; `what` says the rest of what they must be.
+/// Three finite numbers for which is_good is true; `what` describes that condition.
 template <class At>
 ConfigKey vector(std::string name, std::string help, std::string what, bool (*is_good)(Vec3), At at) {
   return {std::move(name), std::move(help), false,
@@ -118,7 +118,7 @@ ConfigKey vector(std::string name, std::string help, std::string what, bool (*is
 
 bool is_axis(Vec3 v) { return min_component(v) >= 0 && length(v) > 1e-6f; }
 
-/// Keys of SolverSettings and SleepSettings that are numbers.
+/// The numeric keys of SolverSettings and SleepSettings.
 std::vector<ConfigKey> solver_keys() {
   return {
       integer(

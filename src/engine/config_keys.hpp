@@ -1,4 +1,4 @@
-// The table of configuration keys: for each its name, what it means, and how it is read and written.
+// The table of configuration keys: name, meaning, and how each is read and written.
 #pragma once
 
 #include <toml++/toml.h>
@@ -24,7 +24,7 @@ struct ConfigKey {
 
 std::span<const ConfigKey> config_keys();
 
-/// Keys that begin so are actions: a string or an array of strings.
+/// Keys with this prefix are actions: a string or an array of strings.
 inline constexpr std::string_view action_prefix = "input.actions.";
 void set_action(Settings& settings, const std::string& action, const toml::node& keys);
 std::string quoted_toml(std::string_view text);

@@ -1,5 +1,5 @@
-// One definition of a world from a scene, a configuration and options: the last to set a value wins, and a preset
-// sets all that it decides.
+// One world definition from a scene, a configuration and options: the last to set a value wins, and a preset sets all
+// that it decides.
 #include "engine/config_world.hpp"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ bool Config::is_decided_by_preset(std::string_view key) const {
   return std::ranges::find(settings_of(values_.simulator.preset), key) != settings_of(values_.simulator.preset).end();
 }
 
-// Who names a device wants it used.
+// Naming a device implies using it.
 bool Config::device_implies_simulator() const {
   const SimulatorKind kind = setter_of(kind_key) > Setter::scene ? values_.simulator.kind : base_.world.simulator;
   return kind != SimulatorKind::hybrid && setter_of(device_key) > setter_of(kind_key);
@@ -92,7 +92,7 @@ Config Config::settled() const {
   return now;
 }
 
-// Brings the settings of the world to what base, keys and preset come to.
+// Sets the world settings to the result of base, keys and preset.
 void Config::settle() {
   Settings::Simulator& settings = values_.simulator;
   if (base_.preset && setter_of(preset_key) <= Setter::scene) settings.preset = *base_.preset;
@@ -101,7 +101,7 @@ void Config::settle() {
     if (counts(key)) copy(in_settings(settings), in_world(world));
   });
   if (device_implies_simulator()) world.simulator = SimulatorKind::device;
-  // After the rest, since what it decides depends on that: on the simulator, for one.
+  // Last, because what it decides depends on other settings, such as the simulator.
   if (setter_of_preset() > Setter::nobody)
     apply_but(settings.preset, world, [&](std::string_view key) { return !is_decided_by_preset(key); });
   for_each_world_key(

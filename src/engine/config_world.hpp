@@ -1,4 +1,4 @@
-// The keys of the configuration that are settings of a world.
+// The configuration keys that are world settings.
 #pragma once
 
 #include <string_view>

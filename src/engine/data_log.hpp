@@ -1,4 +1,4 @@
-// Named series of numbers for later study, in one CSV file: series,frame,step,time,value.
+// Named series of numbers for later analysis, in one CSV file: series,frame,step,time,value.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,22 @@ class OutputFile;
 
 namespace fathom::engine {
 
-/// Costs next to nothing while it has no file. Used by the engine's thread.
+/// Costs next to nothing without a file. Used by the engine's thread.
 class DataLog {
  public:
   DataLog();
-  /// The file grows in its place, for others to follow. Throws `Error{file}` where it cannot be written. Empty: no
+  /// The file grows in place, so that others can follow it. Throws `Error{file}` if it cannot be written. Empty: no
   /// file.
   explicit DataLog(const std::string& path);
   ~DataLog();
 
   bool is_open() const { return file_ != nullptr; }
-  /// What the rows to come are about.
+  /// Sets frame, step and time of the following rows.
   void set_now(std::uint64_t frame, std::uint64_t step, double time) { frame_ = frame, step_ = step, time_ = time; }
-  /// Adds a row. Values that are not finite are written as they are (nan, inf). A comma or quote in the name is
-  /// written as '_'. Throws `Error{file}` where rows could not be written (disk full).
+  /// Adds a row. Values that are not finite are written as such (nan, inf). A comma or quote in the name becomes '_'.
+  /// Throws `Error{file}` if rows could not be written (disk full).
   void add(std::string_view series, double value);
-  /// Throws the same.
+  /// Throws like `add`.
   void flush();
 
  private:

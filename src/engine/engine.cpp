@@ -17,11 +17,11 @@ namespace fathom::engine {
 namespace {
 
 constexpr double speed_window = 1.0;                         // s over which FrameStats::speed is measured
-constexpr double rounding = 1e-6;                            // part of a step by which sums of steps may be off
-constexpr auto longest_nap = std::chrono::milliseconds(20);  // after which a frame that waits looks whether it ends
+constexpr double rounding = 1e-6;                            // error of sums of steps, relative to a step
+constexpr auto longest_nap = std::chrono::milliseconds(20);  // interval at which a waiting frame checks whether to end
 
-/// What a time step in single precision was meant to be, so that ten of 0.01 s are 0.1 s: a whole part of a second, if
-/// written with a digit too few (0.0083333333), or the shortest decimal number.
+/// The intended value of a single-precision time step, so that ten of 0.01 s are 0.1 s: a whole fraction of a second,
+/// even if written with a digit too few (0.0083333333), or else the shortest decimal number.
 double nominal(float dt) {
   const double part = 1 / std::round(1 / static_cast<double>(dt));
   const auto rounded = static_cast<float>(part);
@@ -35,7 +35,7 @@ LogSettings log_settings(const Settings& s) {
   return {log_level_named(s.log.level), s.log.console, s.log.file, s.log.file_size, s.log.files};
 }
 
-/// The configuration, if its files do not write over each other.
+/// The configuration, if no two of its files are the same.
 Config checked(Config config) {
   files::FileNames names;
   names.writes("record.file", config->record.file);
@@ -52,7 +52,7 @@ SimulationSettings simulation_settings(const Settings& s) {
   out.hashes = s.simulator.hashes;
   out.paced = s.loop.time == TimeSource::wall;
   out.time_scale = s.loop.time_scale;
-  out.paused = true;  // until the first frame has handed over what is there from the start
+  out.paused = true;  // until the first frame has submitted the initial commands
   out.catch_up = s.loop.max_steps_per_frame;
   return out;
 }
@@ -89,7 +89,7 @@ Engine::~Engine() {
   try {
     finish();
   } catch (const std::exception& error) {
-    // Where the run already ends with an error, that one says it.
+    // If the run is already ending with an error, that error is reported instead.
     if (std::uncaught_exceptions() == 0) log_.error("{}", error.what());
   }
 }
@@ -128,7 +128,7 @@ void Engine::refuse_in_callback(const char* what) const {
                 fmt::format("{}: it was called from a callback; call stop(), and this after run() has returned", what));
 }
 
-// Async: nothing begins before a frame has handed over what is there from the start.
+// Async: the simulation starts only after a frame has submitted the initial commands.
 void Engine::set_paused(bool paused) {
   paused_ = paused;
   if (simulation_runs_) simulation_->set_paused(paused);
@@ -153,12 +153,12 @@ void Engine::run(std::uint64_t steps) {
   if (is_async()) simulation_->set_last_step(last_step_);
   try {
     while (!ends() && step_ < last_step_) guarded_frame();
-    failures_.throw_first();  // what `end_when` threw between two frames
+    failures_.throw_first();  // exceptions of `end_when` between two frames
   } catch (...) {
     try {
       settle();
     } catch (const Error&) {
-      // The simulation has failed; that is what is thrown already.
+      // The simulation has failed; that error is being thrown already.
     }
     throw;
   }
@@ -168,13 +168,13 @@ void Engine::run(std::uint64_t steps) {
 bool Engine::ends() {
   if (!ended_) return stopping_;
   const bool in_frame = std::exchange(in_frame_, true);
-  bool ended = true;  // also where it throws
+  bool ended = true;  // also if it throws
   if (failures_.guard([&] { ended = ended_(); }) && ended) stopping_ = true;
   in_frame_ = in_frame;
   return stopping_ || ended;
 }
 
-// After it no step is under way, and the newest state is the game's.
+// Afterwards no step is in progress, and the game has the newest state.
 void Engine::settle() {
   last_step_ = ~std::uint64_t{0};
   stopping_ = simulation_runs_ = false;
@@ -186,7 +186,7 @@ void Engine::settle() {
 
 void Engine::frame() {
   check_call("frame");
-  stopping_ = false;  // it ends runs
+  stopping_ = false;  // ends only runs
   guarded_frame();
 }
 
@@ -239,7 +239,7 @@ void Engine::take_events() {
 
 void Engine::change_entities() {
   const trace::Zone zone("entities");
-  // What was asked for before the first frame is there from the first step, however much it is.
+  // What was requested before the first frame exists from the first step, regardless of the limit.
   const std::uint32_t limit = stats_.frame == 1 ? ~0u : world_.spawn_limit();
   stats_.spawned = world_.take_over_changes(limit, failures_);
   stats_.waiting = world_.waiting();
@@ -284,7 +284,7 @@ void Engine::make_step() {
   tick(TickPhase::after);
 }
 
-// Async: the simulation makes its steps by itself; a frame looks at the newest.
+// Async: the simulation steps by itself; a frame reads the newest state.
 void Engine::follow() {
   const std::uint64_t before = step_;
   tick(TickPhase::before);
@@ -294,7 +294,7 @@ void Engine::follow() {
   const int single_steps = std::exchange(single_steps_, 0);
   if (paused_ && single_steps > 0) simulation_->single_steps(single_steps);
   tick(TickPhase::during);
-  // With nothing to pace frames they would only ask again and again for the same state.
+  // Unpaced frames would read the same state again and again.
   if (config_->loop.pacing == Pacing::free) simulation_->wait_for(before + 1, 1 / config_->loop.rate);
   world_.set_state(simulation_->newest());
   step_ = world_.state()->step;

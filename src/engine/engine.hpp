@@ -5,7 +5,7 @@
 //     window and input events → timers → spawns and destructions
 //     → for every step of the frame: ticks before → simulation ∥ ticks during → ticks after
 //     → render
-// A frame makes zero or more steps of fixed length; how many follows from wall time (`loop.time = "wall"`) or is one
+// A frame makes zero or more steps of fixed length: as many as wall time requires (`loop.time = "wall"`) or one
 // (`loop.time = "steps"`). Ticks belong to steps, so logic does not depend on the frame rate.
 #pragma once
 
@@ -32,44 +32,44 @@ namespace trace {
 class Session;
 }
 
-/// What the last frame did.
+/// Statistics of the last frame.
 struct FrameStats {
   std::uint64_t frame = 0;  ///< from 1
   double frame_ms = 0;      ///< wall time from start to start
   double tick_ms = 0;       ///< wall time of all ticks
   int steps = 0;            ///< steps begun
   std::uint32_t spawned = 0;
-  std::size_t waiting = 0;   ///< entities that the spawn limit held back
+  std::size_t waiting = 0;   ///< entities held back by the spawn limit
   double speed = 1;          ///< simulated seconds per second of wall time, over the last second
-  double time_given_up = 0;  ///< s of simulated time not made so far because the machine was too slow
+  double time_given_up = 0;  ///< s of simulated time skipped so far because the machine was too slow
 };
 
 class Engine {
  public:
-  /// Throws `Error` on a configuration out of range. `front_end` must outlive the engine; null is headless.
+  /// Throws `Error` for a configuration out of range. `front_end` must outlive the engine; null is headless.
   explicit Engine(Config config = {}, FrontEnd* front_end = nullptr);
   ~Engine();
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// Frames until `stop`, the closing of the window, what `end_when` says, or `steps` more steps (0: no end). No step
-  /// is under way when it returns or throws. Throws what callbacks throw, after the frame was made to its end: nobody
-  /// else's call is left out. Of several the first is thrown, the log says the others. Another `run` goes on from
-  /// there. Throws what went wrong on the simulation's thread, too; that is the end of the simulation.
+  /// Runs frames until `stop`, the window's closing, `end_when`, or `steps` more steps (0: no end). No step is in
+  /// progress when it returns or throws. Throws exceptions of callbacks after the frame is complete, so that no other
+  /// callback is skipped: the first is thrown, the others are logged. Another `run` continues from there. Also throws
+  /// errors of the simulation's thread; those end the simulation.
   void run(std::uint64_t steps = 0);
-  /// Stops the simulation and completes recording, trace and data files; the engine cannot be used after it. Throws
-  /// `Error{file}` where a file could not be written. The destructor does the same and logs what goes wrong.
+  /// Stops the simulation and completes recording, trace and data files; afterwards the engine cannot be used. Throws
+  /// `Error{file}` if a file could not be written. The destructor does the same and logs errors.
   void finish();
-  /// One frame. Throws as `run` does. Neither may be called from a callback.
+  /// Runs one frame. Throws like `run`. Neither may be called from a callback.
   void frame();
   /// Ends `run` after this frame.
   void stop() { stopping_ = true; }
-  /// Ends `run` as soon as it returns true; asked between steps and while a frame waits: for signals.
+  /// Ends `run` as soon as it returns true; called between steps and while a frame waits: for signals.
   void end_when(std::function<bool()> ended) { ended_ = std::move(ended); }
 
   void set_paused(bool paused);
   bool paused() const { return paused_; }
-  /// Makes one step while paused. In mode `async` it is there in one of the next frames.
+  /// Makes one step while paused. In mode `async` its result appears in one of the next frames.
   void single_step() { ++single_steps_; }
   /// Simulated seconds per second of wall time, ≥ 0. Throws `Error{invalid_argument}` on anything else.
   void set_time_scale(double scale);
@@ -87,7 +87,7 @@ class Engine {
   std::uint64_t steps() const { return step_; }  ///< steps begun by the game
   double time() const;                           ///< s simulated at the end of the last of them
 
-  /// Called once a frame, after events and before timers: for what follows the frame rate, such as cameras.
+  /// Called once per frame, after events and before timers: for what follows the frame rate, such as cameras.
   void on_frame(std::function<void(Engine&)> callback) { on_frame_.push_back(std::move(callback)); }
   /// Events for the next frame, as if they came from the front end.
   void inject(const InputEvent& event) { injected_.push_back(event); }
@@ -125,7 +125,7 @@ class Engine {
   EntityWorld world_;
   std::unique_ptr<Simulation> simulation_;
   Camera camera_;
-  std::deque<std::function<void(Engine&)>> on_frame_;  // a deque, since callbacks may add others
+  std::deque<std::function<void(Engine&)>> on_frame_;  // a deque, because callbacks may add others
   std::function<bool()> ended_;
   Failures failures_;
   std::vector<InputEvent> events_, injected_;
@@ -136,11 +136,11 @@ class Engine {
   bool paused_ = false;
   bool stopping_ = false;
   double time_scale_ = 1;
-  double owed_ = 0;  // s of simulated time due to be made
+  double owed_ = 0;  // s of simulated time due
   Clock::time_point started_, frame_start_, next_frame_, speed_since_;
   double speed_time_ = 0;
   double reported_given_up_ = 0;
-  bool simulation_runs_ = false;  // async: was started
+  bool simulation_runs_ = false;  // async: has been started
   bool in_frame_ = false;
   bool holding_back_ = false, slow_ = false;
 };

@@ -1,5 +1,5 @@
-// Entities: everything that exists in the engine's world (dissertation, section 3.1). An entity has a physics body and
-// a graphics body, either of which may be absent or unregistered, and logic that ticks in a chosen phase of a step.
+// Entities: everything in the engine's world (dissertation, section 3.1). An entity has a physics body and a graphics
+// body, either of which may be absent or unregistered, and logic that ticks in a chosen phase of a step.
 #pragma once
 
 #include <cstdint>
@@ -26,34 +26,34 @@ struct EntityId {
 /// When an entity's logic runs, relative to the simulation of a step.
 enum class TickPhase : std::uint8_t {
   none,
-  before,  ///< what it asks for acts in this step
-  during,  ///< concurrent with the step: sees the last state, what it asks for acts in the next step
-  after,   ///< sees the step's result (in mode `ahead` and `async`: the newest result there is to draw)
+  before,  ///< its commands act in this step
+  during,  ///< concurrent with the step: sees the last state, its commands act in the next step
+  after,   ///< sees the step's result (in modes `ahead` and `async`: the newest result available to draw)
 };
 
-/// What a tick is told.
+/// Data of a tick.
 struct Tick {
   Engine& engine;
   TickPhase phase;
-  std::uint64_t step;  ///< number of the step being made, from 1
+  std::uint64_t step;  ///< number of the current step, from 1
   double time;         ///< s simulated at its end
   float dt;            ///< s
 };
 
-/// What an entity is created from; `Entity::created` may still change it.
+/// An entity's definition; `Entity::created` may still change it.
 struct EntityDef {
   std::string name{};
   std::optional<BodyDef> physics{};
   std::optional<GraphicsBody> graphics{};
   bool simulated = true;  ///< register the physics body with the simulation
   bool drawn = true;      ///< register the graphics body with the renderer
-  Pose pose{};            ///< where an entity without a registered physics body is
+  Pose pose{};            ///< pose of an entity without a registered physics body
   TickPhase tick = TickPhase::none;
 };
 
-/// Derive from it to give an entity logic and data of its own. All functions are called by the engine's thread; from
-/// inside them anything of the engine may be called but `frame`, `run` and `finish`; entities may be spawned and
-/// destroyed. They may throw (see `Engine::run`).
+/// Derive from it for an entity's own logic and data. The engine's thread calls all functions; they may call anything
+/// of the engine but `frame`, `run` and `finish`, and may spawn and destroy entities. They may throw (see
+/// `Engine::run`).
 class Entity {
  public:
   Entity() = default;
@@ -61,7 +61,7 @@ class Entity {
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
 
-  /// At creation, before bodies are registered: may change `def`. Where it throws, the entity does not come to life.
+  /// At creation, before bodies are registered: may change `def`. If it throws, the entity is not created.
   virtual void created(Engine&, EntityDef&) {}
   virtual void tick(const Tick&) {}
   virtual void destroyed(Engine&) {}
@@ -71,17 +71,17 @@ class Entity {
   bool has_physics() const { return body_.generation != 0; }
   BodyHandle body() const { return body_; }
 
-  /// Pose and velocity in the newest state there is to draw; what the entity was created with until it has one.
+  /// Pose and velocity in the newest state available to draw; until then, those of its definition.
   const Pose& pose() const;
   const Velocity& velocity() const;
 
-  // Commands for the next step that has not begun. An entity without a registered physics body ignores all but
-  // set_pose. Values that are not finite, and forces and impulses on bodies that are not dynamic, are
-  // refused by the simulation and end the run with an error.
+  // Commands for the next step that has not begun. Without a registered physics body all but set_pose are ignored. The
+  // simulation refuses values that are not finite, and forces and impulses on bodies that are not dynamic; either ends
+  // the run with an error.
   void set_pose(const Pose& pose);
-  void move_to(const Pose& pose);  ///< of a kinematic body, at the step's end; see World::move_to
+  void move_to(const Pose& pose);  ///< for a kinematic body, at the step's end; see World::move_to
   void set_velocity(Vec3 linear, Vec3 angular);
-  void add_velocity(Vec3 linear, Vec3 angular);  ///< to what it has when the step begins
+  void add_velocity(Vec3 linear, Vec3 angular);  ///< added to its velocity when the step begins
   void apply_force(Vec3 force);                  ///< N at the centre of mass, for one step
   void apply_force_at(Vec3 force, Vec3 point);   ///< N at a point (m, world)
   void apply_torque(Vec3 torque);                ///< N·m
@@ -103,7 +103,7 @@ class Entity {
   Velocity velocity_;
 };
 
-/// Logic without a class of its own.
+/// Logic as a function instead of a class.
 using TickFunction = std::function<void(Entity&, const Tick&)>;
 
 }  // namespace fathom::engine

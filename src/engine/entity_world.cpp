@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint32_t nowhere = 0xffffffffu;
 
-/// Logic given as a function.
+/// An entity whose logic is a function.
 class FunctionEntity final : public Entity {
  public:
   explicit FunctionEntity(TickFunction tick) : tick_(std::move(tick)) {}
@@ -20,7 +20,7 @@ class FunctionEntity final : public Entity {
   TickFunction tick_;
 };
 
-/// The pose `share` of the way from one to the other, rotation by normalised interpolation the shorter way round.
+/// The pose `share` of the way between two; rotations by normalised interpolation along the shorter way.
 Pose between(const Pose& from, const Pose& to, float share) {
   const Quat &a = from.rotation, &b = to.rotation;
   const float sign = dot(a, b) < 0 ? -share : share;
@@ -108,7 +108,7 @@ Entity* EntityWorld::find(std::string_view name) {
 }
 
 std::uint32_t EntityWorld::take_over_changes(std::uint32_t limit, Failures& failures) {
-  // What is asked for meanwhile waits for the next frame.
+  // What is requested meanwhile waits for the next frame.
   const std::vector<std::uint32_t> doomed = std::exchange(doomed_, {});
   for (const std::uint32_t index : doomed) end(index, failures);
   std::uint32_t spawned = 0;
@@ -124,7 +124,7 @@ std::uint32_t EntityWorld::take_over_changes(std::uint32_t limit, Failures& fail
   return spawned;
 }
 
-// False where its `created` threw: it does not come to life then.
+// False if its `created` threw: the entity is then not created.
 bool EntityWorld::begin(Waiting waiting, Failures& failures) {
   const std::uint32_t index = waiting.id.index;
   Entity& entity = *slots_[index].entity;
@@ -153,7 +153,7 @@ bool EntityWorld::begin(Waiting waiting, Failures& failures) {
   slot.entry = static_cast<std::uint32_t>(list(def.tick).size());
   list(def.tick).push_back(index);
   ++alive_;
-  // Doomed while it was created: it lives until the next frame, as everything does that is destroyed.
+  // Destroyed during its creation: like any destroyed entity, it lives until the next frame.
   if (slot.doomed) doomed_.push_back(index);
   return true;
 }
@@ -184,7 +184,7 @@ void EntityWorld::discard(std::uint32_t index) {
 // --- ticks -------------------------------------------------------------------------------------------------------
 
 void EntityWorld::run_ticks(const Tick& tick, Failures& failures) {
-  // Nothing joins or leaves the list while it runs.
+  // The list does not change while it runs.
   for (const std::uint32_t index : list(tick.phase)) failures.guard([&] { slots_[index].entity->tick(tick); });
 }
 

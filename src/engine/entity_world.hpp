@@ -1,4 +1,4 @@
-// The engine's one world: owns the entities, runs their ticks, and lets them come and go between steps.
+// The engine's world: owns the entities, runs their ticks, and creates and destroys them between steps.
 #pragma once
 
 #include <cstdint>
@@ -20,42 +20,41 @@ class EntityWorld {
   EntityWorld(const EntityWorld&) = delete;
   EntityWorld& operator=(const EntityWorld&) = delete;
 
-  /// Asks for an entity. It has an id at once and comes to life at the start of the next frame, or a later one where
-  /// more are waiting than may spawn in a frame.
+  /// Requests an entity. Its id is valid at once; it comes to life at the start of the next frame, or of a later one if
+  /// more are waiting than may spawn per frame.
   EntityId spawn(EntityDef def, std::unique_ptr<Entity> entity = {});
   EntityId spawn(EntityDef def, TickFunction tick);
-  /// Asks for its end, which comes at the start of the next frame; until then it lives and ticks. False where it is
-  /// gone already.
+  /// Destroys an entity at the start of the next frame; until then it lives and ticks. False if it no longer exists.
   bool destroy(EntityId id);
 
-  /// Joins two living entities' bodies before the next step that has not begun; `definition`'s own bodies are not read.
-  /// The joint ends with either body. Throws `Error{stale_id}` where one of them has no registered physics body.
+  /// Joins two living entities' bodies before the next step that has not begun; `definition`'s own bodies are ignored.
+  /// The joint ends with either body. Throws `Error{stale_id}` if one has no registered physics body.
   void join(EntityId a, EntityId b, const JointDef& definition);
-  /// Gives the joint that joined `a` to `b` with this definition's user data all its other parameters: axes, frames,
-  /// limits, drives, springs, what breaks it (see `World::change_joint`). Throws as `join`.
+  /// Sets all other parameters of the joint from `a` to `b` with this definition's user data: axes, frames, limits,
+  /// drives, springs, breaking limits (see `World::change_joint`). Throws like `join`.
   void change_joint(EntityId a, EntityId b, const JointDef& definition);
-  /// Removes the joint that joined `a` to `b` with this user data. Throws as `join`.
+  /// Removes the joint from `a` to `b` with this user data. Throws like `join`.
   void unjoin(EntityId a, EntityId b, std::uint64_t user_data = 0);
 
-  /// Keeps two living entities' bodies from colliding from the next step on that has not begun, or takes that back (see
-  /// `World::exclude`). Throws as `join`.
+  /// Keeps two living entities' bodies from colliding, from the next step that has not begun, or reverses that (see
+  /// `World::exclude`). Throws like `join`.
   void exclude(EntityId a, EntityId b);
   void include(EntityId a, EntityId b);
 
-  /// The living entity, or null while it waits and after it was destroyed.
+  /// The living entity, or null before it comes to life and after its end.
   Entity* find(EntityId id);
   Entity* find(std::string_view name);
   std::uint32_t count() const { return alive_; }
-  /// Entities that wait to be spawned because of the limit.
+  /// Entities waiting because of the spawn limit.
   std::size_t waiting() const { return waiting_.size(); }
   std::uint32_t spawn_limit() const { return spawn_limit_; }
 
   // For the engine.
-  /// Ends and begins lives: at most `limit` beginnings. Returns how many spawned. What callbacks throw goes to
+  /// Destroys and creates entities, creating at most `limit`. Returns how many spawned. Exceptions of callbacks go to
   /// `failures`.
   std::uint32_t take_over_changes(std::uint32_t limit, Failures& failures);
   void run_ticks(const Tick& tick, Failures& failures);
-  /// What the game asked for since the last call.
+  /// The game's requests since the last call.
   CommandList& commands() { return commands_; }
   void set_state(StatePtr state) { state_ = std::move(state); }
   const SimulationState* state() const { return state_.get(); }
@@ -69,7 +68,7 @@ class EntityWorld {
     std::unique_ptr<Entity> entity;
     std::uint32_t generation = 0;
     TickPhase tick = TickPhase::none;
-    std::uint32_t entry = 0;  // in its phase's list
+    std::uint32_t entry = 0;  // index in its phase's list
     bool alive = false;       // spawned
     bool doomed = false;
   };
@@ -102,7 +101,7 @@ class EntityWorld {
   StatePtr state_;
 
   std::vector<GraphicsBody> looks_;
-  std::vector<Drawn> drawn_;  // whose each look is
+  std::vector<Drawn> drawn_;  // the owner of each look
   std::vector<Pose> draw_poses_;
   std::uint64_t revision_ = 1;
 };

@@ -1,4 +1,4 @@
-// Callbacks may throw. What one throws spares no other its call: all are made, then the first exception is thrown.
+// Callbacks may throw. An exception skips no other callback: all are called, then the first exception is thrown.
 #pragma once
 
 #include <exception>
@@ -12,7 +12,7 @@ class Failures {
  public:
   using Listener = std::function<void(const char* text)>;
 
-  /// False where the call threw.
+  /// False if the call threw.
   template <class Call>
   bool guard(Call&& call) {
     try {
@@ -24,7 +24,7 @@ class Failures {
     }
   }
 
-  /// Throws the first of what was thrown since the last call, after telling what the others say.
+  /// Throws the first exception since the last call, after reporting the others.
   void throw_first(const Listener& tell = {}) {
     if (thrown_.empty()) return;
     const std::exception_ptr first = thrown_.front();
@@ -33,7 +33,7 @@ class Failures {
     std::rethrow_exception(first);
   }
 
-  /// Only tells.
+  /// Only reports.
   void tell_all(const Listener& tell) {
     for (const std::exception_ptr& thrown : std::exchange(thrown_, {}))
       if (tell) tell_one(thrown, tell);

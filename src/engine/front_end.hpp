@@ -1,5 +1,5 @@
 // What the engine needs of a window and a renderer. A front end implements it (GLFW, off-screen, a test); the engine
-// itself brings only the one without a window.
+// itself provides only a headless one.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct GraphicsBody {
   Pose local;
 };
 
-/// From where the scene is seen (m, z up).
+/// The camera's position and view (m, z up).
 struct Camera {
   Vec3 eye{12, -12, 8};
   Vec3 target{0, 0, 1};
@@ -40,19 +40,19 @@ struct DrawFrame {
   /// Look and world pose of every drawn entity, in the same order.
   std::span<const GraphicsBody> bodies;
   std::span<const Pose> poses;
-  /// Changes whenever `bodies` did; while it stays, only `poses` need to be looked at.
+  /// Changes whenever `bodies` does; otherwise only `poses` need be read.
   std::uint64_t revision = 0;
   Camera camera;
   std::uint64_t frame = 0;   ///< number of the frame, from 1
-  std::uint64_t step = 0;    ///< the step whose state is drawn; with interpolation the later of the two
+  std::uint64_t step = 0;    ///< the step whose state is drawn; with interpolation the later of two
   double time = 0;           ///< s simulated
-  double frame_seconds = 0;  ///< s the last frame took
-  double speed = 1;          ///< simulated seconds per second of wall time, as achieved
+  double frame_seconds = 0;  ///< duration of the last frame (s)
+  double speed = 1;          ///< achieved simulated seconds per second of wall time
   bool paused = false;
-  const Profile* profile = nullptr;  ///< of the step drawn; null before the first
+  const Profile* profile = nullptr;  ///< of the drawn step; null before the first
 };
 
-/// Where events come from and frames go to. All calls come from the thread that runs the engine.
+/// Source of events and target of frames. Called only by the thread that runs the engine.
 class FrontEnd {
  public:
   virtual ~FrontEnd() = default;
@@ -60,12 +60,12 @@ class FrontEnd {
   FrontEnd(const FrontEnd&) = delete;
   FrontEnd& operator=(const FrontEnd&) = delete;
 
-  /// Appends what happened since the last call. `window_closed` ends the run unless a handler consumes it.
+  /// Appends the events since the last call. `window_closed` ends the run unless a handler consumes it.
   virtual void poll(std::vector<InputEvent>& events) = 0;
   virtual void draw(const DrawFrame& frame) = 0;
-  /// True where `draw` waits for the display, so that the engine need not pace frames itself.
+  /// True if `draw` waits for the display, so that the engine need not pace frames.
   virtual bool has_vsync() const { return false; }
-  /// Title or status line, where there is one.
+  /// Sets the title or status line, if there is one.
   virtual void set_title(std::string_view) {}
 };
 

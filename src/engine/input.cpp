@@ -46,7 +46,7 @@ constexpr std::string_view letters_and_digits = "abcdefghijklmnopqrstuvwxyz01234
 bool is_press(InputKind kind) { return kind == InputKind::key_pressed || kind == InputKind::mouse_pressed; }
 bool is_release(InputKind kind) { return kind == InputKind::key_released || kind == InputKind::mouse_released; }
 
-/// Of a press or release, as `key_named` counts.
+/// Key code of a press or release, as in `key_named`.
 int key_of(const InputEvent& event) {
   const bool is_button = event.kind == InputKind::mouse_pressed || event.kind == InputKind::mouse_released;
   return is_button ? -2 - event.code : event.code;
@@ -122,9 +122,9 @@ void Input::dispatch(std::span<const InputEvent> events) {
 void Input::dispatch(std::span<const InputEvent> events, Failures& failures) {
   for (const InputEvent& event : events) {
     route(event, failures);
-    // Consumed or not: the key is up.
+    // Consumed or not, the key is up.
     if (is_release(event.kind)) release(key_of(event), failures);
-    // Releases go to another window from now on.
+    // From here on, releases go to another window.
     if (event.kind != InputKind::window_unfocused) continue;
     std::set<int> down;
     for (const auto& [name, action] : actions_) down.insert(action.down.begin(), action.down.end());
@@ -132,7 +132,7 @@ void Input::dispatch(std::span<const InputEvent> events, Failures& failures) {
   }
 }
 
-// Handlers may add and remove handlers, so a copy of the list is walked, and who was removed meanwhile is left out.
+// Handlers may add and remove handlers, so this iterates over a copy and skips those removed meanwhile.
 bool Input::route(const InputEvent& event, Failures& failures) {
   bool actions_due = true;
   const std::vector<Entry> entries = entries_;
@@ -174,7 +174,7 @@ bool Input::release(int key, Failures& failures) {
   return consumed;
 }
 
-// Handlers may come and go here, too.
+// Here, too, handlers may be added and removed.
 bool Input::tell(const std::string& name, bool pressed, Failures& failures) {
   const auto handlers = actions_[name].handlers;
   for (const auto& [id, handler] : handlers) {

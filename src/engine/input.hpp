@@ -1,4 +1,4 @@
-// Keyboard, mouse and window events on their way from a front end to their handlers.
+// Routes keyboard, mouse and window events from a front end to their handlers.
 #pragma once
 
 #include <cstdint>
@@ -53,16 +53,16 @@ std::span<const std::string_view> key_names();
 class Input {
  public:
   using HandlerId = std::uint32_t;
-  /// Returns true where it consumes the event: nobody of lower priority sees it.
+  /// Returns true to consume the event: handlers of lower priority do not see it.
   using Handler = std::function<bool(const InputEvent&)>;
-  /// Told whenever a key bound to the action goes down (true), and when the last of them is up again (false). Who was
-  /// told of a press is told of the release, consumed or not.
+  /// Called whenever a key bound to the action goes down (true), and when the last of them is up again (false). A
+  /// handler that saw a press also sees the release, consumed or not.
   using ActionHandler = std::function<void(bool pressed)>;
 
   /// Actions have this priority among handlers.
   static constexpr int action_priority = 0;
 
-  /// Handlers of equal priority are called in the order they came. May be called from a handler.
+  /// Handlers of equal priority are called in the order of their addition. May be called from a handler.
   HandlerId add_handler(int priority, Handler handler);
   void remove_handler(HandlerId id);
 
@@ -73,8 +73,8 @@ class Input {
   /// True while any key bound to the action is down.
   bool held(std::string_view action) const;
 
-  /// Sends the events through the handlers. What a handler throws goes to `failures`, or is thrown after all events; it
-  /// has then not consumed the event.
+  /// Routes the events to the handlers. An exception of a handler goes to `failures`, or is thrown after all events;
+  /// the event then counts as not consumed.
   void dispatch(std::span<const InputEvent> events, Failures& failures);
   void dispatch(std::span<const InputEvent> events);
 
@@ -87,7 +87,7 @@ class Input {
   struct Action {
     std::vector<int> keys;
     std::vector<std::pair<HandlerId, ActionHandler>> handlers;
-    std::set<int> down;  // keys that it was told of
+    std::set<int> down;  // keys whose press was reported
   };
 
   bool route(const InputEvent& event, Failures& failures);

@@ -1,4 +1,4 @@
-// Input events recorded frame by frame, and played back in place of a keyboard and a mouse.
+// Input events recorded frame by frame, and played back instead of a keyboard and mouse.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,12 @@ struct InputTape {
   };
   std::vector<Entry> entries;
 
-  /// A text file, an event a line: frame kind code modifiers x y. Throws `Error{file}`.
+  /// A text file, one event per line: frame kind code modifiers x y. Throws `Error{file}`.
   void save(const std::string& path) const;
   static InputTape load(const std::string& path);
 };
 
-/// Passes everything on to another front end and notes its events.
+/// Forwards everything to another front end and records its events.
 class RecordingFrontEnd final : public FrontEnd {
  public:
   explicit RecordingFrontEnd(FrontEnd& inner) : inner_(inner) {}
@@ -40,7 +40,7 @@ class RecordingFrontEnd final : public FrontEnd {
   std::uint64_t frame_ = 0;
 };
 
-/// Gives a tape's events frame by frame; draws on another front end where one is given.
+/// Replays a tape's events frame by frame; draws on another front end if given.
 class PlayingFrontEnd final : public FrontEnd {
  public:
   explicit PlayingFrontEnd(InputTape tape, FrontEnd* inner = nullptr) : tape_(std::move(tape)), inner_(inner) {}

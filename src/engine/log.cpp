@@ -26,8 +26,8 @@ spdlog::level::level_enum spdlog_level(LogLevel level) {
   return levels[static_cast<int>(level)];
 }
 
-/// A file that goes on where an earlier run left it. One that is full becomes log.1.txt, which becomes log.2.txt. What
-/// is no file of a disk has no end and keeps its name.
+/// A file that continues an earlier run's. A full file becomes log.1.txt, which becomes log.2.txt. A file that is not a
+/// regular one has no size limit and keeps its name.
 class FileSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit FileSink(const LogSettings& settings)
@@ -53,7 +53,7 @@ class FileSink final : public spdlog::sinks::base_sink<std::mutex> {
     const std::string target = file_->target();
     file_->flush();
     file_.reset();
-    std::error_code kept;  // one that cannot be renamed is written over
+    std::error_code kept;  // a file that cannot be renamed is overwritten
     for (int i = files_; i > 0; --i) fs::rename(name(target, i - 1), name(target, i), kept);
     file_.emplace(target, files::Writing::live);
     bytes_ = 0;
@@ -80,7 +80,7 @@ LogLevel log_level_named(std::string_view name) {
 
 Log::Log(const LogSettings& settings) {
   std::vector<spdlog::sink_ptr> sinks;
-  // What a program prints for others to read goes to stdout; messages do not mix with it.
+  // Output for other programs goes to stdout; messages do not mix with it.
   if (settings.console) sinks.push_back(std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
   if (!settings.file.empty()) sinks.push_back(std::make_shared<FileSink>(settings));
   logger_ = std::make_unique<spdlog::logger>("fathom", sinks.begin(), sinks.end());

@@ -23,13 +23,13 @@ struct LogSettings {
   bool console = true;
   std::string file{};  ///< empty: none
   int file_size = 8;   ///< MiB, after which a new file is begun
-  int files = 3;       ///< old files kept besides
+  int files = 3;       ///< number of old files kept
 };
 
 /// May be used from any thread.
 class Log {
  public:
-  /// Throws `Error{file}` where the file cannot be written.
+  /// Throws `Error{file}` if the file cannot be written.
   explicit Log(const LogSettings& settings = {});
   ~Log();
   Log(const Log&) = delete;

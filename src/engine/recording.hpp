@@ -1,9 +1,9 @@
 // Recordings: a run's inputs, state hashes and snapshots in one file, and their replay.
 //
 // The file is a header (magic "FATHOMRC", format version, length and XXH3 checksum of the rest) and one zstd frame of
-// entries: a snapshot of the world, then for every step its commands, its state hash and, where asked for, its state
-// as the difference to the last step's. Snapshots come again every so many steps. It is written beside its
-// place and renamed when it is complete. Numbers are little-endian, floats IEEE 754.
+// entries: a snapshot of the world, then for every step its commands, its state hash and, if requested, its state as
+// the difference from the last step's. Snapshots repeat at a fixed interval of steps. The file is written under a
+// temporary name and renamed when complete. Numbers are little-endian, floats IEEE 754.
 #pragma once
 
 #include <cstdint>
@@ -19,21 +19,20 @@ namespace fathom::engine {
 
 struct RecordSettings {
   int snapshot_every = 300;  ///< steps, ≥ 1
-  bool states = true;        ///< every step's poses and velocities, so that a replay can say what differs first
+  bool states = true;        ///< every step's poses and velocities, so that a replay can tell what differs first
 };
 
-/// Writes a recording. Give it to a `Simulation` as its observer, or call its two functions around the steps of a world
-/// of your own.
+/// Writes a recording. Make it a `Simulation`'s observer, or call its two functions around the steps of your own world.
 class Recorder final : public SimulationObserver {
  public:
-  /// Throws `Error{file}` where the folder cannot be written.
+  /// Throws `Error{file}` if the folder cannot be written.
   Recorder(std::string path, RecordSettings settings);
-  /// Without `finish` nothing is left behind.
+  /// Without `finish` no file remains.
   ~Recorder() override;
 
   void before_step(std::uint64_t step, const CommandList& commands, const CommandRunner& runner) override;
   void after_step(const World& world) override;
-  /// Completes the file. Throws `Error{file}` where it cannot be written.
+  /// Completes the file. Throws `Error{file}` if it cannot be written.
   void finish();
 
   std::uint64_t steps() const;
@@ -44,11 +43,11 @@ class Recorder final : public SimulationObserver {
   std::unique_ptr<State> state_;
 };
 
-/// Where a replay first came out differently.
+/// Where a replay first differed.
 struct Difference {
   std::uint64_t step = 0;      ///< the first step whose hash differs
   std::uint64_t seen_at = 0;   ///< the step whose states were compared: the same, or that of the next snapshot
-  std::optional<BodyId> body;  ///< the first body that differs; none where only the hash does
+  std::optional<BodyId> body;  ///< the first body that differs; none if only the hash does
   std::string field;           ///< "position.x", …, "angular velocity.z", or "existence"
   double recorded = 0, replayed = 0;
 
@@ -65,14 +64,14 @@ struct ReplaySettings {
   int threads = 0;              ///< of the world; 0: as many as the machine has
   std::string device{"auto"};   ///< for a run of the device simulator
   bool check_snapshots = true;  ///< compare contacts and sleep with every recorded snapshot (native simulator)
-  /// Called once, before the first step, when what it begins with is there.
+  /// Called once, before the first step, when its initial state exists.
   std::function<void(const World& world)> before_first_step{};
   /// Called after each step; tests change the world here.
   std::function<void(std::uint64_t step, World& world)> after_step{};
 };
 
-/// Repeats the run and checks the hash of every step, up to the first difference. Throws `Error{file}` for a file that
-/// is truncated, altered, or of another version.
+/// Repeats the run and checks the hash of every step, up to the first difference. Throws `Error{file}` if the file is
+/// truncated, altered, or of another version.
 ReplayResult replay(const std::string& path, const ReplaySettings& settings = {});
 
 }  // namespace fathom::engine

@@ -16,8 +16,8 @@ inline constexpr FileKind recording_kind{0x43524d4f48544146, 10, "recording"};  
 
 enum class Entry : std::uint8_t {
   snapshot = 1,  ///< size, World::save; size, entries of the CommandRunner
-  commands = 2,  ///< size, a command list; then the step is made
-  state = 3,     ///< slots, difference to the last state
+  commands = 2,  ///< size, a command list; the step follows
+  state = 3,     ///< slots, difference from the last state
   hash = 4,      ///< step, state hash
   end = 5,       ///< steps
 };
@@ -27,16 +27,16 @@ std::vector<std::byte> to_bytes(const CommandList& commands);
 CommandList commands_from(std::span<const std::byte> bytes, const std::string& what);
 
 /// Poses and velocities of all slots as words, and their difference from step to step: exclusive or with the last
-/// step's, by byte planes, so that what hardly moves is mostly zeros in a row.
+/// step's, by byte planes, so that slow bodies yield long runs of zeros.
 class StateDelta {
  public:
-  /// The words of the world's state now, as the difference to the last call.
+  /// The words of the world's current state, as the difference from the last call.
   const std::vector<std::byte>& encode(const World& world);
   /// Undoes `encode`.
   void decode(std::uint32_t slots, std::span<const std::byte> bytes);
 
   static constexpr std::size_t words_per_slot = 13;
-  /// Of each slot: position, rotation (w, x, y, z), linear and angular velocity, as bits of floats.
+  /// Per slot: position, rotation (w, x, y, z), linear and angular velocity, as bits of floats.
   std::span<const std::uint32_t> words() const { return words_; }
   std::uint32_t slots() const { return static_cast<std::uint32_t>(words_.size() / words_per_slot); }
 

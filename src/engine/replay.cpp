@@ -10,7 +10,7 @@
 namespace fathom::engine {
 namespace {
 
-/// The recorded state of a slot, wherever it comes from.
+/// The recorded state of a slot, from whatever source.
 struct Recorded {
   std::span<const std::uint32_t> words;
   std::uint32_t slots;
@@ -73,7 +73,7 @@ class Replay {
   }
 
  private:
-  /// True where the replay ends here: a difference seen earlier has been looked at.
+  /// True if the replay ends here: an earlier difference has been examined.
   bool snapshot() {
     const std::vector<std::byte> bytes = file_.read_bytes(file_.read<std::uint64_t>());
     const std::vector<std::byte> entries = file_.read_bytes(file_.read<std::uint64_t>());
@@ -98,8 +98,8 @@ class Replay {
     return result_.difference.has_value();
   }
 
-  // Hashes see poses and velocities; a snapshot also holds contacts, trees and sleep. On a device contacts lie in no
-  // particular order.
+  // Hashes cover poses and velocities; a snapshot also contains contacts, trees and sleep. On a device the order of
+  // contacts is arbitrary.
   void check_hidden_state(const std::vector<std::byte>& bytes) {
     std::vector<std::byte> now;
     world_.save(now);

@@ -8,8 +8,8 @@
 namespace fathom::engine {
 namespace {
 
-/// Spawned after the bodies, so that they live when it is created: joins them, and hands over what the scene does to
-/// them over time.
+/// Spawned after the bodies, so that they exist when it is created: joins them, and passes on the scene's actions over
+/// time.
 class SceneEntity final : public Entity {
  public:
   SceneEntity(const Scene& scene, std::vector<EntityId> bodies) : scene_(scene), bodies_(std::move(bodies)) {}
@@ -37,7 +37,7 @@ Colour colour_of(const BodyDef& body, std::size_t index) {
   return body.motion == MotionType::fixed ? Colour{0.45f, 0.47f, 0.5f} : palette[index % palette.size()];
 }
 
-/// Without a name.
+/// An entity without a name.
 EntityDef entity_of(const Scene& scene, std::size_t index) {
   EntityDef def;
   def.physics = scene.bodies[index];

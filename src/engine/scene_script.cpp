@@ -6,7 +6,7 @@
 namespace fathom::engine {
 namespace {
 
-/// Which handles will have a body once a list of commands is carried out.
+/// Which handles will have a body after a list of commands.
 class Presence {
  public:
   Presence(const CommandRunner& runner, const CommandList& commands) : runner_(runner) {

@@ -1,4 +1,4 @@
-// What a scene does to its bodies over time (kicks, a stream, an orbit) as commands of steps.
+// A scene's actions over time (kicks, a stream, an orbit) as commands of steps.
 #pragma once
 
 #include <optional>
@@ -9,11 +9,11 @@
 
 namespace fathom::engine {
 
-/// The commands of `SceneInstance::prepare_step`, in its order. Bodies that are gone are left out. A body that leaves
-/// the world and comes back keeps its handle.
+/// The commands of `SceneInstance::prepare_step`, in its order. Skips bodies that no longer exist. A body that leaves
+/// the world and returns keeps its handle.
 class SceneScript final : public StepScript {
  public:
-  /// `bodies`: the handle of each of Scene::bodies; of generation 0 where it has none.
+  /// `bodies`: the handle of each of Scene::bodies; generation 0 if it has none.
   SceneScript(const Scene& scene, std::vector<BodyHandle> bodies);
 
   void before_step(std::uint64_t step, const CommandRunner& runner, CommandList& commands) override;

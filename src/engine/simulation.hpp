@@ -1,14 +1,14 @@
-// A simulator as a subsystem with a thread of its own. The game hands over commands and gets states back; it never
-// touches the world itself.
+// A simulator as a subsystem with its own thread. The game submits commands and receives states; it never accesses the
+// world itself.
 //
-// * lockstep: the game submits a step, does something else meanwhile, and waits for its state.
-// * ahead N: the same, but the game waits only for the state of N steps before, which is what it draws.
-// * async: the simulation makes steps by itself, at the rate of wall time times the time scale; commands act before the
-//   next step that begins. Where the machine is too slow, simulated time falls behind; it is never caught up by
-//   more than a few steps, and `slowdown` tells.
+// * lockstep: the game submits a step, does other work meanwhile, and waits for its state.
+// * ahead N: the same, but the game waits only for the state of N steps before, which it draws.
+// * async: the simulation steps by itself, at the rate of wall time times the time scale; commands act before the next
+//   step that begins. If the machine is too slow, simulated time falls behind; at most a few steps are caught up, and
+//   `slowdown` reports it.
 //
-// The commands that act before a step, and the step's number, decide its result: the modes differ only in when the
-// game hears of it.
+// The commands that act before a step, and the step's number, determine its result: the modes differ only in when the
+// game learns of it.
 #pragma once
 
 #include <chrono>
@@ -58,14 +58,14 @@ struct SimulationState {
   double time = 0;  ///< s simulated
   std::vector<Pose> poses;
   std::vector<Velocity> velocities;
-  std::vector<std::uint32_t> generations;  ///< of the body that the entry describes; 0 for none
+  std::vector<std::uint32_t> generations;  ///< of the body in the entry; 0 for none
   std::vector<TouchEvent> begun, ended;
   std::vector<ImpactEvent> hits;
   std::vector<BreakEvent> breaks;
   std::vector<PresenceEvent> sensor_begun, sensor_ended;
   Profile profile;
   double step_ms = 0;      ///< wall time of the step
-  std::uint64_t hash = 0;  ///< `World::state_hash`, where asked for
+  std::uint64_t hash = 0;  ///< `World::state_hash`, if requested
   std::chrono::steady_clock::time_point published;
 
   bool contains(BodyHandle body) const {
@@ -74,21 +74,21 @@ struct SimulationState {
 };
 using StatePtr = std::shared_ptr<const SimulationState>;
 
-/// Told of everything that happens to the world, on the simulation's thread (see recording.hpp).
+/// Informed of everything that happens to the world, on the simulation's thread (see recording.hpp).
 class SimulationObserver {
  public:
   virtual ~SimulationObserver() = default;
-  /// Before the step's commands are carried out; the runner's world has made `step − 1` steps.
+  /// Before the step's commands are executed; the runner's world has made `step − 1` steps.
   virtual void before_step(std::uint64_t step, const CommandList& commands, const CommandRunner& runner) = 0;
   virtual void after_step(const World& world) = 0;
 };
 
-/// What belongs to steps, whichever thread asks for them and whenever a frame looks.
+/// Actions tied to steps, independent of threads and frames.
 class StepScript {
  public:
   virtual ~StepScript() = default;
-  /// Adds to the commands of a step, on the simulation's thread. The game's own of this step are in the list already,
-  /// none is carried out yet.
+  /// Adds to the commands of a step, on the simulation's thread. The list already contains the game's commands for this
+  /// step; none has been executed yet.
   virtual void before_step(std::uint64_t step, const CommandRunner& runner, CommandList& commands) = 0;
 };
 
@@ -96,52 +96,53 @@ struct SimulationSettings {
   SimulationMode mode = SimulationMode::lockstep;
   int ahead = 1;                                ///< N of `ahead`, ≥ 1
   bool hashes = false;                          ///< fill `SimulationState::hash`
-  bool paced = true;                            ///< async: keep to wall time; false runs as fast as it can
+  bool paced = true;                            ///< async: keep to wall time; false runs as fast as possible
   double time_scale = 1;                        ///< async, ≥ 0
   bool paused = false;                          ///< async
-  std::uint64_t last_step = ~std::uint64_t{0};  ///< async: make no step beyond this one
-  int catch_up = 4;                             ///< async: steps in a row at most before time is given up
+  std::uint64_t last_step = ~std::uint64_t{0};  ///< async: last step to make
+  int catch_up = 4;                             ///< async: maximum steps in a row before time is given up
 };
 
 class Simulation {
  public:
-  /// Throws what `World` throws on a definition out of range.
+  /// Throws what `World` throws for a definition out of range.
   Simulation(const WorldDef& def, const SimulationSettings& settings, SimulationObserver* observer = nullptr);
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  // From the game's thread. What went wrong on the simulation's thread is thrown by the next of these calls.
+  // From the game's thread. An error of the simulation's thread is thrown by the next of these calls.
   BodyHandle make_handle();
   void release_handle(BodyHandle body);
 
-  /// Lockstep and ahead: the next step, with what is to happen before it. Async: before the next step that begins.
+  /// Lockstep and ahead: submits the next step with the commands before it. Async: commands act before the next step
+  /// that begins.
   void submit(CommandList&& commands);
-  /// The same, but before step `step` (from 1), which must not have been submitted (async: not have begun, else it
-  /// acts before the next one). Several lists for a step act in the order they came.
+  /// The same, but before step `step` (from 1), which must not have been submitted (async: if it has begun, the
+  /// commands act before the next). Several lists for a step act in the order of submission.
   void submit_at(std::uint64_t step, CommandList&& commands);
-  /// Asks the script before every step that is submitted (async: begins) from now on.
+  /// Calls the script before every step submitted (async: begun) from here on.
   void add_script(std::unique_ptr<StepScript> script);
-  /// Waits until the step was published. Refuses to wait for a step that never comes: one that was not submitted;
-  /// async: one beyond `last_step`, or one to come while paused or at time scale 0.
+  /// Waits until the step has been published. Refuses to wait for a step that never comes: one that was not submitted;
+  /// async: one beyond `last_step`, or a future one while paused or at time scale 0.
   void wait_for(std::uint64_t step);
-  /// The same for so long (s) at most, whether it comes or not.
+  /// The same for at most this long (s).
   void wait_for(std::uint64_t step, double seconds);
-  /// Waits until all submitted steps were published; async: until `last_step` was.
+  /// Waits until all submitted steps have been published; async: until `last_step` has.
   void finish();
-  /// Waits until no step is under way: all submitted steps were published; async: pauses, too.
+  /// Waits until no step is in progress: all submitted steps have been published; async: also pauses.
   void halt();
 
   std::uint64_t submitted() const;
   std::uint64_t completed() const;
-  /// The state after a step, or the oldest that is still kept; the newest `ahead` + 2 are. Step 0 is the empty world.
+  /// The state after a step, or the oldest one kept; the newest `ahead` + 2 are kept. Step 0 is the empty world.
   StatePtr state(std::uint64_t step) const;
   StatePtr newest() const;
-  /// The one before the newest.
+  /// The state before the newest.
   StatePtr previous() const;
 
   void set_paused(bool paused);            ///< async
-  void single_steps(int steps);            ///< async: to make while paused
+  void single_steps(int steps);            ///< async: steps to make while paused
   void set_time_scale(double scale);       ///< async
   void set_last_step(std::uint64_t step);  ///< async
   /// s of wall time given up so far because steps took too long (async).
@@ -173,7 +174,7 @@ class Simulation {
     std::unique_ptr<StepScript> script;
     std::uint64_t first_step = 0;
   };
-  /// States to write into anew, so that steps do not allocate.
+  /// States for reuse, so that steps do not allocate.
   struct Pool {
     std::mutex mutex;
     std::vector<std::unique_ptr<SimulationState>> spares;
@@ -187,7 +188,7 @@ class Simulation {
   World world_;
   std::string device_track_;  // where the trace shows the stages; empty: within the step
   CommandRunner runner_;
-  std::vector<Script> scripts_;  // of the simulation's thread
+  std::vector<Script> scripts_;  // used by the simulation's thread
 
   const std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();
   mutable std::mutex mutex_;

@@ -1,4 +1,4 @@
-// Which simulator a configuration comes to on this machine.
+// Selects the simulator for a configuration on this machine.
 #pragma once
 
 #include <span>
@@ -16,12 +16,12 @@ struct SimulatorChoice {
 };
 
 /// Rules, in this order; each is logged:
-/// 1. `simulator.kind = "native"` is the native simulator: `devices` are not looked at.
-/// 2. Otherwise the device that `simulator.device` selects is taken where it is there.
-/// 3. Where it is not, `simulator.fallback` decides: the native simulator with a warning that says why, or the error.
-/// Throws `Error{invalid_argument}` where `simulator.device` is no selection.
+/// 1. `simulator.kind = "native"` is the native simulator: `devices` are ignored.
+/// 2. Otherwise the device that `simulator.device` selects is used, if it exists.
+/// 3. If it does not, `simulator.fallback` decides: the native simulator with a warning that says why, or the error.
+/// Throws `Error{invalid_argument}` if `simulator.device` is not a valid selection.
 SimulatorChoice choose_simulator(const Settings& settings, std::span<const exec::DeviceInfo> devices, Log& log);
-/// The same for the devices of this machine; gives the configuration the simulator and device that it comes to.
+/// The same for the devices of this machine; sets the configuration to the chosen simulator and device.
 void choose_simulator(Config& config, Log& log);
 
 }  // namespace fathom::engine

@@ -9,7 +9,7 @@
 namespace fathom::engine {
 namespace {
 
-constexpr double shortest_period = 1e-6;  // s, the shortest time step: what is below asks for calls without end
+constexpr double shortest_period = 1e-6;  // s, the shortest time step: shorter periods would fire endlessly
 
 void check(double seconds, bool repeating) {
   if (std::isfinite(seconds) && seconds >= (repeating ? shortest_period : 0)) return;
@@ -32,7 +32,7 @@ TimerId Timers::every(double period, Callback callback, TimeBase base) {
 
 TimerId Timers::add(double seconds, double period, Callback callback, TimeBase base) {
   const TimerId id = next_++;
-  // One that a callback sets must not be due at once again and again.
+  // A timer set by a callback must not be due at once, or it could fire endlessly.
   const double when = now(base) + (advancing_ ? std::max(seconds, shortest_period) : seconds);
   timers_.emplace(id, Timer{when, period, now(base), 0, base, std::move(callback)});
   due(base).emplace(std::pair(when, id), 0);
@@ -72,7 +72,7 @@ void Timers::advance(TimeBase base, double to, double slack, Failures& failures)
   while (!queue.empty() && queue.begin()->first.first <= to + slack) {
     const auto [when, id] = queue.begin()->first;
     queue.erase(queue.begin());
-    // A callback that sets a timer counts from the time it was due, not from the end of a long frame.
+    // A timer set by a callback counts from when that was due, not from the end of a long frame.
     now(base) = std::min(when, to);
     const auto found = timers_.find(id);
     Timer& timer = found->second;

@@ -18,26 +18,26 @@ enum class TimeBase : std::uint8_t {
 
 using TimerId = std::uint64_t;
 
-/// Timers that are due together fire in the order of their times, then of their ids.
+/// Timers due together fire in the order of their times, then of their ids.
 class Timers {
  public:
   using Callback = std::function<void()>;
 
-  /// Fires once, `delay` ≥ 0 s from now, from a callback at least a microsecond. Throws `Error{invalid_argument}` on a
-  /// delay that is not finite or negative.
+  /// Fires once, `delay` ≥ 0 s from now, or from within a callback at least a microsecond. Throws
+  /// `Error{invalid_argument}` if the delay is negative or not finite.
   TimerId after(double delay, Callback callback, TimeBase base = TimeBase::simulated);
-  /// Fires every `period` s; where a frame spans several periods it fires once for each. Throws
-  /// `Error{invalid_argument}` on a period below a microsecond, the shortest time step.
+  /// Fires every `period` s, once for each period that a frame spans. Throws `Error{invalid_argument}` for a period
+  /// below a microsecond, the shortest time step.
   TimerId every(double period, Callback callback, TimeBase base = TimeBase::simulated);
-  /// Counts again from now, with a new delay or period. False where the timer is gone.
+  /// Restarts the timer with a new delay or period. False if the timer no longer exists.
   bool reset(TimerId id, double seconds);
-  /// False where the timer is gone. May be called from a callback, its own too.
+  /// False if the timer no longer exists. May be called from a callback, including its own.
   bool cancel(TimerId id);
   bool contains(TimerId id) const { return timers_.contains(id); }
   std::size_t count() const { return timers_.size(); }
 
-  /// Moves the clock to `now` (s) and fires what is due then or at most `slack` (s) later, which is how far sums of
-  /// steps may be off. What a callback throws goes to `failures`, or is thrown after the others were called.
+  /// Advances the clock to `now` (s) and fires timers due by then or at most `slack` (s) later, the possible error of
+  /// sums of steps. An exception of a callback goes to `failures`, or is thrown after the others were called.
   void advance(TimeBase base, double now, double slack, Failures& failures);
   void advance(TimeBase base, double now);
 
@@ -45,7 +45,7 @@ class Timers {
   struct Timer {
     double due = 0;
     double period = 0;  // 0: once
-    double start = 0;   // of a repeating one, from which its times are counted, so that they do not drift
+    double start = 0;   // of a repeating timer; its times are counted from here, so that they do not drift
     std::uint64_t fired = 0;
     TimeBase base = TimeBase::simulated;
     Callback callback;

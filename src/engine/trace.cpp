@@ -20,7 +20,7 @@ namespace {
 
 struct Event {
   const char* name;
-  std::int64_t begin, end;  // ns; a number over time has its value in place of the end
+  std::int64_t begin, end;  // ns; a counter stores its value in place of the end
   bool is_count;
 };
 
@@ -40,7 +40,7 @@ struct Collection {
   std::vector<std::shared_ptr<Track>> tracks;
   std::map<std::pair<const Track*, std::string>, std::shared_ptr<Track>> named;
   std::atomic<std::size_t> limit{0};
-  int sessions = 0, collecting = 0;  // there are, and still collect
+  int sessions = 0, collecting = 0;  // existing, and still collecting
 };
 
 Collection& collection() {
@@ -62,7 +62,7 @@ Track& own_track() {
   return *track;
 }
 
-/// Each thread has its own of a name: what two engines do on one device at a time would not nest on one line.
+/// Tracks are per thread and name: zones of two engines on one device would not nest on one line.
 std::shared_ptr<Track> named_track(const std::string& name) {
   const std::pair<const Track*, std::string> key(&own_track(), name);
   {
@@ -96,7 +96,7 @@ std::vector<std::shared_ptr<Track>> all_tracks() {
   return collection().tracks;
 }
 
-/// What a session has of a track, in the order in which readers expect it: a zone comes before those within it.
+/// A session's events of a track, in the order that readers expect: a zone precedes those within it.
 std::vector<Event> events_since(const Track& track, std::int64_t begin) {
   std::vector<Event> events;
   for (const Event& event : track.events)
@@ -117,9 +117,8 @@ void append_name(Text& out, std::string_view name) {
   }
 }
 
-/// Nanoseconds as microseconds, to the nanosecond: rounded ends would stick out of the zones around them. Perfetto
-/// takes the integer part of 1000 times the number, and of 1000 * 0.871 that is 870: a tenth of a nanosecond more
-/// helps.
+/// Nanoseconds as microseconds, to the nanosecond: rounded ends would extend beyond enclosing zones. Perfetto takes the
+/// integer part of 1000 times the number, and for 1000 * 0.871 that is 870, so a tenth of a nanosecond is added.
 void append_microseconds(Text& out, std::int64_t ns) {
   const fmt::format_int whole(ns / 1000);
   append(out, {whole.data(), whole.size()});
@@ -128,8 +127,8 @@ void append_microseconds(Text& out, std::int64_t ns) {
   append(out, {decimals, sizeof decimals});
 }
 
-// The format: Chromium's "Trace Event Format"; ts and dur are microseconds. Written by hand, since a long run has a
-// million zones and ends within a second.
+// Chromium's "Trace Event Format"; ts and dur are microseconds. Formatted by hand, since a long run has a million zones
+// and must end within a second.
 void write_track(files::OutputFile& file, const std::string& name, const std::vector<Event>& events, std::size_t id,
                  std::int64_t started) {
   Text out;
@@ -169,7 +168,7 @@ std::atomic<bool> enabled{false};
 std::int64_t now() { return nanoseconds(std::chrono::steady_clock::now()); }
 
 void add(const char* name, std::int64_t begin, std::int64_t end) {
-  // A zone that was open when collecting stopped is of no use.
+  // A zone still open when collecting stopped is useless.
   if (enabled.load(std::memory_order_relaxed)) push(own_track(), {name, begin, end, false});
 }
 
@@ -265,11 +264,11 @@ void add_step(const StageTimes& times, std::chrono::steady_clock::time_point beg
   const std::shared_ptr<Track> named = device.empty() ? nullptr : named_track(device);
   Track& track = named ? *named : own_track();
   std::int64_t at = nanoseconds(begin);
-  // A device's clock may count more than passed here until its next step.
+  // A device's clock may run ahead of the time here until its next step.
   if (named) at = std::max(at, last_end(track));
   const auto stage = [&](const char* name, double milliseconds) {
     const std::int64_t end = at + static_cast<std::int64_t>(1e6 * milliseconds);
-    // A nanosecond less, so that it and the next never overlap, however a reader adds the written numbers.
+    // A nanosecond shorter, so that it and the next never overlap, however a reader adds the written numbers.
     push(track, {name, at, std::max(at, end - 1), false});
     at = end;
   };

@@ -1,4 +1,4 @@
-// Nested profile zones, written as a Chrome trace that Perfetto (ui.perfetto.dev) and chrome://tracing read.
+// Nested profile zones, written as a Chrome trace for Perfetto (ui.perfetto.dev) and chrome://tracing.
 //
 //   trace::Session session("trace.json");
 //   {
@@ -6,8 +6,8 @@
 //   }
 //   session.finish();
 //
-// Without a session a zone costs a relaxed load and a branch. With one it takes two clock readings and 32 bytes in a
-// list of its thread.
+// Without a session a zone costs a relaxed load and a branch. With one it costs two clock readings and 32 bytes in its
+// thread's list.
 #pragma once
 
 #include <atomic>
@@ -32,21 +32,20 @@ void add(const char* name, std::int64_t begin, std::int64_t end);
 
 inline bool enabled() { return detail::enabled.load(std::memory_order_relaxed); }
 
-/// Collects what all threads of the process do from its beginning on. There may be several at once, as where two
-/// engines run: each gets all that happens from its beginning on.
+/// Collects the zones of all threads of the process from its construction on. Several sessions may coexist, e.g. for
+/// two engines; each collects everything from its construction on.
 class Session {
  public:
-  /// Opens the file, so that a run is not lost to a wrong path; none for "". A thread has at most `limit` zones, those
-  /// of a quarter of an hour at 60 frames a second, so that the file can be written within a second. Throws
-  /// `Error{file}`.
+  /// Opens the file, so that a run is not lost to a wrong path; none for "". A thread has at most `limit` zones, a
+  /// quarter of an hour at 60 frames per second, so that the file can be written within a second. Throws `Error{file}`.
   explicit Session(const std::string& path = {}, std::size_t limit = std::size_t{1} << 19);
-  /// Without `finish` no file is left.
+  /// Without `finish` no file remains.
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   void stop();
-  /// Stops and writes what was collected. Throws `Error{file}`.
+  /// Stops and writes the collected zones. Throws `Error{file}`.
   void finish();
   /// Zones collected, and those lost beyond the limit.
   std::size_t zone_count() const;
@@ -58,15 +57,15 @@ class Session {
   bool collects_ = true;
 };
 
-/// How the file calls the calling thread.
+/// Names the calling thread in the file.
 void name_thread(const std::string& name);
-/// A zone of the calling thread that was measured already.
+/// Adds a zone of the calling thread that was already measured.
 void add_zone(const char* name, std::chrono::steady_clock::time_point begin, double milliseconds);
-/// A zone measured elsewhere, e.g. by a GPU's clock, on a line of its own, which is the calling thread's alone.
+/// Adds a zone measured elsewhere, e.g. by a GPU's clock, on a separate line that belongs to the calling thread alone.
 void add_on_track(const std::string& track, const char* name, std::chrono::steady_clock::time_point begin,
                   double milliseconds);
-/// The stages of a step that began then, one after the other: on the calling thread's line, or, as the device timed
-/// them, on the line of the thread's device, after those of the step before.
+/// Adds the stages of a step that began then, one after another: on the calling thread's line or, if the device timed
+/// them, on the line of the thread's device, after those of the previous step.
 void add_step(const StageTimes& times, std::chrono::steady_clock::time_point begin, const std::string& device = {});
 /// A number over time.
 void count(const char* name, double value);

@@ -1,4 +1,4 @@
-// A checked, compressed file: a 32-byte head (magic, version, length and XXH3 of the rest) and one zstd frame.
+// A checksummed, compressed file: a 32-byte head (magic, version, length and XXH3 of the rest) and one zstd frame.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@ namespace fathom::engine {
 struct FileKind {
   std::uint64_t magic;
   std::uint32_t version;
-  const char* what;  ///< "recording", in complaints
+  const char* what;  ///< "recording", in error messages
 };
 
-/// Every function throws `Error{file}` where the file cannot be written.
+/// Every function throws `Error{file}` if the file cannot be written.
 class ZstdWriter {
  public:
   ZstdWriter(std::string path, const FileKind& kind);
-  /// Without `finish` nothing is left behind.
+  /// Without `finish` no file remains.
   ~ZstdWriter();
   ZstdWriter(const ZstdWriter&) = delete;
   ZstdWriter& operator=(const ZstdWriter&) = delete;
@@ -34,7 +34,7 @@ class ZstdWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Every function throws `Error{file}` where the file is not what it should be.
+/// Every function throws `Error{file}` if the file is invalid.
 class ZstdReader {
  public:
   /// Checks head, length and checksum of the whole file.

@@ -43,8 +43,7 @@ class Bvh {
     alignas(32) float lower[3][most], upper[3][most];
     std::uint32_t nodes[most];
     std::size_t count = 0;
-    bool is_known =
-        false;  ///< false if there are more, or the tree is too small: `overlap` then searches from the root
+    bool is_known = false;  ///< false if there are more or the tree is too small: `overlap` then starts at the root
   };
   /// Finds what leaves [number · family, (number + 1) · family) may overlap.
   void list_nearby(std::size_t number, Nearby& nearby) const;

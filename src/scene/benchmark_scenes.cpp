@@ -33,7 +33,7 @@ BodyDef body_of(Shape shape, MotionType motion = MotionType::dynamic) {
   return body;
 }
 
-/// Where a hull's points are that were given about `position`.
+/// Centre of a hull whose points were given relative to `position`.
 Vec3 centre_of(const Shape& shape, Vec3 position) { return position + shape.hull->offset(); }
 
 BodyDef cube_of(float half, float density) {
@@ -42,7 +42,7 @@ BodyDef cube_of(float half, float density) {
   return body;
 }
 
-/// A pyramid of cubes of 1 m, one deep, whose lowest row begins at x.
+/// A pyramid of 1 m cubes, one deep, whose lowest row begins at x.
 void add_flat_pyramid(Scene& scene, std::int64_t rows, double x, double y) {
   BodyDef body = cube_of(0.5f, 100);
   for (std::int64_t row = 0; row < rows; ++row)
@@ -53,7 +53,7 @@ void add_flat_pyramid(Scene& scene, std::int64_t rows, double x, double y) {
     }
 }
 
-/// PEEL's, of which Box3D's scene has its points.
+/// PEEL's generator, from which Box3D's scene has its points.
 class PeelRandom {
  public:
   /// In [−0.5, 0.5].
@@ -76,7 +76,7 @@ class PeelRandom {
   std::uint32_t state_ = 42;
 };
 
-/// A prism between two rings of points at the heights −half and +half, which `ring` gives.
+/// A prism between two copies of the points of `ring`, shifted by −half and +half.
 template <std::size_t n>
 Shape prism(const std::array<Vec3, n>& ring, Vec3 half) {
   std::vector<Vec3> points;
@@ -97,7 +97,7 @@ void add_drum(Scene& scene, Vec3 middle, double scale) {
     scene.bodies.push_back(part);
   };
   for (int i = 0; i < 36; ++i) {
-    // Wall parts reach a twentieth into each other.
+    // Wall parts overlap by a twentieth.
     const double from = i - 0.05, to = i + 1.05;
     add({point(16, from), point(18, from), point(16, to), point(18, to)});
     if (i % 9 == 0) add({point(14, i), point(16, i), point(14, i + 1), point(16, i + 1)});
@@ -165,7 +165,7 @@ std::int64_t root_above(std::int64_t n, double (*root)(double), std::int64_t (*p
 }  // namespace
 
 std::int64_t triangle_bodies(std::int64_t rows) {
-  // The product would overflow, and no world holds as many.
+  // The product would overflow, and no world is that large.
   if (rows > 1'000'000) return std::numeric_limits<std::int64_t>::max();
   return rows * (rows + 1) / 2;
 }
@@ -235,7 +235,7 @@ Scene washer(std::int64_t bodies) {
 
 Scene joint_grid(std::int64_t bodies) {
   check_size("joint_grid", "bodies", bodies, max_environment_bodies / 2);
-  // With the top row, which does not move, a square where the number allows it.
+  // With the top row, which does not move, square if the number allows.
   const std::int64_t columns = root_above(bodies, std::sqrt, [](std::int64_t n) { return n * n; });
   const std::int64_t rows = (bodies + columns - 1) / columns;
   Scene scene = empty_scene("joint_grid", bodies + columns);

@@ -1,5 +1,5 @@
-// Environments of bricks: a round wall and rows of straight ones, hit by heavy balls. Of the kind that Augmented Vertex
-// Block Descent is shown with (Giles, Diaz, Yuksel, SIGGRAPH 2025); sizes and speeds are ours.
+// Environments of bricks: a round wall and rows of straight ones, hit by heavy balls, like the demonstrations of
+// Augmented Vertex Block Descent (Giles, Diaz, Yuksel, SIGGRAPH 2025); sizes and speeds are ours.
 #include <algorithm>
 #include <cmath>
 
@@ -9,9 +9,9 @@
 namespace fathom {
 namespace {
 
-// A brick lies with its length along the wall, as deep as long.
+// A brick's length is along the wall; it is as deep as long.
 constexpr double brick_length = 0.5, brick_height = 0.25;
-/// From brick to brick along the wall (m): they do not touch there.
+/// Spacing of bricks along the wall (m): they do not touch there.
 constexpr double pitch = 1.01 * brick_length;
 constexpr float ball_radius = 1, ball_mass = 200;  // m, kg; a brick has 1 kg
 constexpr float ball_speed = 30;                   // m/s
@@ -24,7 +24,7 @@ BodyDef brick() {
   return body;
 }
 
-/// Height of the middles of a course (m).
+/// Height of the centres of a course (m).
 double height_of(std::int64_t course) {
   return 0.5 + (0.5 + static_cast<double>(course)) * brick_height;  // the ground's top is at 0.5 m
 }
@@ -43,14 +43,14 @@ void add_ball(Scene& scene, double x, double y, double z, Vec3 velocity) {
 Scene ring(std::int64_t bodies) {
   check_size("ring", "bodies", bodies, max_environment_bodies - 3);
   Scene scene = scene_with_ground("ring", bodies + 2);
-  // Twenty times as long as high, at the least a ring of eight.
+  // Twenty times as long as high, at least a ring of eight.
   const std::int64_t around =
       std::max<std::int64_t>(8, static_cast<std::int64_t>(std::sqrt(10.0 * static_cast<double>(bodies))));
   const double radius = pitch * static_cast<double>(around) / 6.283185307179586477 + 0.5 * brick_length;
   BodyDef body = brick();
   for (std::int64_t i = 0; i < bodies; ++i) {
     const std::int64_t course = i / around;
-    // Bricks of odd courses lie across the joints below.
+    // Bricks of odd courses straddle the joints below.
     const double position = static_cast<double>(i % around) + (course % 2 ? 0.5 : 0.0);
     const double turn = position / static_cast<double>(around);
     const Direction at(turn), half(0.5 * turn);
@@ -71,7 +71,7 @@ Scene walls(std::int64_t bodies) {
   constexpr double between = 4, beside = 30;  // m, walls of a row, rows
   check_size("walls", "bodies", bodies, max_environment_bodies / 2);
   const std::int64_t count = (bodies + wall - 1) / wall;
-  // Rows about as deep as they are wide together.
+  // Rows about as deep as the total width.
   const auto rows = static_cast<std::int64_t>(std::ceil(std::sqrt(static_cast<double>(count) * between / beside)));
   const std::int64_t depth = (count + rows - 1) / rows;
   Scene scene = scene_with_ground("walls", bodies + rows);
@@ -80,7 +80,7 @@ Scene walls(std::int64_t bodies) {
   const double first_y = -0.5 * beside * static_cast<double>(rows - 1);
   for (std::int64_t i = 0; i < bodies; ++i) {
     const std::int64_t number = i / wall, course = i % wall / length;
-    // A quarter of a brick across the joints below: more would leave the outermost ones without support.
+    // Offset by a quarter of a brick from the joints below: more would leave the outermost ones unsupported.
     const double along =
         static_cast<double>(i % length) - 0.5 * static_cast<double>(length - 1) + (course % 2 ? 0.125 : -0.125);
     body.pose.position = {static_cast<float>(first_x + between * static_cast<double>(number % depth)),

@@ -1,4 +1,4 @@
-// An environment of mechanisms: chains that swing with loads heavier than their links.
+// An environment of mechanisms: swinging chains with loads heavier than their links.
 #include <algorithm>
 #include <cmath>
 
@@ -23,7 +23,7 @@ BodyDef link() {
   return body;
 }
 
-/// Level, from its post towards +x, with as many links before its load as are left.
+/// A horizontal chain from its post towards +x, with as many links before its load as `bodies` allow.
 void add_chain(Scene& scene, Vec3 from, std::int64_t bodies) {
   const auto half = static_cast<float>(0.5 * link_length);
   const auto hang = [&](BodyDef body, float x, Vec3 on_before, Vec3 on_it) {

@@ -35,7 +35,7 @@ JointDef read_rack(const TomlTable& table, const Pose& a, const Pose& b) {
   return rack_joint({}, a, read_direction(table, "axis", {}), {}, b, read_direction(table, "direction", {}), radius);
 }
 
-/// Where it is not told how long, the rope is as long as it is at the start.
+/// The default length of the rope is its length at the start.
 JointDef read_pulley(const TomlTable& table, const Pose& a, const Pose& b) {
   Vec3 anchor_a, anchor_b, wheel_a, wheel_b;
   table.required("wheel_a", "the point in the world from which the rope comes to 'a' (m)");

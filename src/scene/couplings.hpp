@@ -6,7 +6,7 @@
 
 namespace fathom {
 
-/// Sets what a coupling's definition has besides its spring.
+/// Sets the members of a coupling's definition other than its spring.
 void read_coupling(const TomlTable& table, JointWord word, const Scene& scene, SceneJoint& joint);
 
 }  // namespace fathom

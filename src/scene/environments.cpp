@@ -142,7 +142,7 @@ Scene pyramid(std::int64_t layers) {
 }
 
 std::int64_t pyramid_bodies(std::int64_t layers) {
-  // The product would overflow, and no world holds as many.
+  // The product would overflow, and no world is that large.
   if (layers > 1'000'000) return std::numeric_limits<std::int64_t>::max();
   return layers * (layers + 1) * (2 * layers + 1) / 6;
 }

@@ -26,7 +26,7 @@ HeapKind random_kind(Random& random) {
   return kinds[random.bits() % std::size(kinds)];
 }
 
-/// Time step, substeps, sleeping.
+/// Chooses time step, substeps and sleeping.
 void choose_world(Random& random, const Heap& heap, WorldDef& world) {
   int rate = one_of(random, {30, 60, 60, 120, 240});
   if (heap.time_unit > 2) rate = std::min(rate, 60);  // else one heap would take minutes
@@ -35,15 +35,15 @@ void choose_world(Random& random, const Heap& heap, WorldDef& world) {
   world.sleep.enabled = random.bits() % 2 == 0;
 }
 
-/// 30 to 300, fewer where a heap has many steps or is so small that all bodies are within each other's margins.
+/// 30 to 300; fewer if the heap has many steps, or is so small that all bodies are within each other's margins.
 int body_count(Random& random, const Heap& heap) {
   const double steps = 30 * heap.time_unit / static_cast<double>(heap.scene.world.dt);
   const double most = std::clamp(400'000 / steps, 30.0, heap.largest < 0.05 ? 80.0 : 300.0);
   return static_cast<int>(log_uniform(random, 30, most + 0.5));
 }
 
-/// Fills the space over the floor shelf by shelf, each body in a cube that holds it however it is turned, so that none
-/// touches another. Returns the height of the top.
+/// Fills the space above the floor shelf by shelf, each body in a cube that fits it in any orientation, so that none
+/// touch. Returns the height of the top.
 double spread_out(std::vector<BodyDef>& bodies, double half_width, double bottom) {
   double x = -half_width, y = -half_width, z = bottom, row = 0, layer = 0;
   for (BodyDef& body : bodies) {
@@ -67,7 +67,7 @@ double spread_out(std::vector<BodyDef>& bodies, double half_width, double bottom
   return z + layer;
 }
 
-/// From the smallest up, from the largest down, or mixed.
+/// Sorts bodies by ascending or descending size, or not at all.
 void arrange(Random& random, std::vector<BodyDef>& bodies) {
   const auto volume_of = [](const BodyDef& body) { return outer_radius(body.shape); };
   const std::uint64_t order = random.bits() % 3;
@@ -85,21 +85,21 @@ BodyDef part(Vec3 half_extents, Vec3 position, const Material& material) {
   return def;
 }
 
-/// A slope of 2 to 25°, given by the tangents of half the angle about x and y.
+/// A slope of 2 to 25°, given by the tangents of half the angles about x and y.
 Quat random_tilt(Random& random) {
   const double about_x = random.symmetric(0.15), about_y = random.symmetric(0.15) + 0.02;
   const double scale = 1 / std::sqrt(1 + about_x * about_x + about_y * about_y);
   return {static_cast<float>(scale), static_cast<float>(scale * about_x), static_cast<float>(scale * about_y), 0};
 }
 
-/// How far a plane through the origin with that tilt rises within the bin (m).
+/// How far a plane through the origin with this tilt rises within the bin (m).
 double highest_corner(Quat tilt, double half_width) {
   const Vec3 normal = abs(rotate(tilt, {0, 0, 1}));
   return half_width * static_cast<double>((normal.x + normal.y) / normal.z);
 }
 
 BodyDef floor(Random& random, const Heap& heap, Quat tilt, const Material& material) {
-  // So wide that a sliding floor does not end; a slope no wider than the bin, or it would hide the heap.
+  // Wide enough that a sliding floor does not end; a slope is no wider than the bin, or it would hide the heap.
   const bool is_slope = heap.kind == HeapKind::slope;
   const float half_side = is_slope ? 1.2f * (heap.half_width + 2 * heap.floor_half_height) : 12 * heap.half_width;
   BodyDef def = part({half_side, half_side, heap.floor_half_height}, {}, material);
@@ -107,7 +107,7 @@ BodyDef floor(Random& random, const Heap& heap, Quat tilt, const Material& mater
   def.pose.position = rotate(tilt, {0, 0, -heap.floor_half_height});
   const double gravity = 9.81, width = static_cast<double>(heap.half_width);
   if (heap.kind == HeapKind::sliding_floor) {
-    // Within the ten units of time that it is judged for it stays under the bin.
+    // It stays under the bin for the ten units of time in which it is judged.
     const double speed = std::min(0.5 * std::sqrt(gravity * width), width / heap.time_unit);
     def.motion = MotionType::kinematic;
     def.velocity.linear.x = static_cast<float>(random.symmetric(speed));
@@ -124,7 +124,7 @@ void add_bin(Random& random, Heap& heap, Quat tilt, bool is_smooth) {
   heap.scene.bodies.push_back(floor(random, heap, tilt, material));
   heap.scene.names.push_back({"floor", 0});
   const float inside = heap.half_width, half_wall = heap.floor_half_height;
-  // Down to where the lowest slope leaves them.
+  // Down to the lowest slope.
   const float bottom = -inside - 2 * half_wall;
   const float half_height = 0.5f * (heap.rim - bottom), z = 0.5f * (heap.rim + bottom), away = inside + half_wall;
   const float along = inside + 2 * half_wall;
@@ -134,8 +134,8 @@ void add_bin(Random& random, Heap& heap, Quat tilt, bool is_smooth) {
   }
 }
 
-/// Bodies stay for about four units of time and come back over the bin, side by side: the one before at the same
-/// position has fallen out of the way by then.
+/// Bodies stay for about four units of time and return above the bin, side by side: the previous one at the same
+/// position has fallen clear by then.
 Stream stream_from(const Heap& heap, const std::vector<BodyDef>& bodies, double top, double widest) {
   const double half_width = static_cast<double>(heap.half_width), dt = static_cast<double>(heap.scene.world.dt);
   const auto side = static_cast<std::size_t>(2 * half_width / widest), positions = side * side;
@@ -192,7 +192,7 @@ Heap make_heap(std::uint64_t seed) {
   std::vector<BodyDef> bodies(static_cast<std::size_t>(body_count(random, heap)));
   for (BodyDef& body : bodies) body = random_body(random, recipe);
   arrange(random, bodies);
-  // About as many layers as a bin wants that is a little higher than wide, and room for the largest body.
+  // About as many layers as suit a bin slightly higher than wide, with room for the largest body.
   double area = 0, widest = 0;
   for (const BodyDef& body : bodies) {
     const double cell = 2.05 * outer_radius(body.shape);

@@ -11,7 +11,7 @@
 namespace fathom {
 namespace {
 
-// No extent is smaller (m): gravity alone moves a body by more in a substep of 1/60 s.
+// Smallest extent (m): gravity alone moves a body farther in a substep of 1/60 s.
 constexpr double thinnest = 0.001;
 
 template <std::size_t n>
@@ -21,7 +21,7 @@ double one_of(Random& random, const double (&values)[n]) {
 
 bool chance(Random& random, double probability) { return random.unit() < probability; }
 
-/// Half extents of a body `size` long: a rod, a plate or something between.
+/// Half extents of a body `size` long: a rod, a plate or something in between.
 Vec3 half_extents(Random& random, double size, double slenderness) {
   const double most = std::max(1.0, std::min(slenderness, size / thinnest));
   const double thin = size / log_uniform(random, 1, most);
@@ -34,7 +34,7 @@ Vec3 half_extents(Random& random, double size, double slenderness) {
   return {static_cast<float>(0.5 * size), static_cast<float>(0.5 * middle), static_cast<float>(0.5 * thin)};
 }
 
-/// The hull of points of an ellipsoid; a box where those span too little.
+/// The hull of points on an ellipsoid; a box if it is too thin.
 Shape random_hull(Random& random, Vec3 half) {
   const int count = 6 + static_cast<int>(random.bits() % 19);
   std::vector<Vec3> points;
@@ -76,7 +76,7 @@ Shape random_shape(Random& random, const HeapRecipe& recipe) {
 }  // namespace
 
 double log_uniform(Random& random, double low, double high) {
-  // low · (high / low)^u, the binary digits of u drawn one by one.
+  // low · (high / low)^u, drawing the binary digits of u one by one.
   double value = low, root = high / low;
   for (std::uint64_t digits = random.bits() >> 40, i = 0; i < 24; ++i, digits >>= 1) {
     root = std::sqrt(root);
@@ -98,7 +98,7 @@ HeapRecipe HeapRecipe::make(Random& random) {
   else if (kind < 0.5)
     recipe.friction_low = recipe.friction_high = random.unit();
   recipe.restitution_high = chance(random, 0.5) ? 0 : 0.9 * random.unit();
-  // What rolls or slides freely comes to rest by the air alone.
+  // Bodies that roll or slide freely come to rest only by air drag.
   const bool has_round = recipe.has(ShapeType::sphere) || recipe.has(ShapeType::capsule);
   if (has_round || recipe.friction_high < 0.2) recipe.damping = 1;
   return recipe;

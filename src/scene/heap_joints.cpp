@@ -1,4 +1,4 @@
-// Heaps with joints: those of scene/heap.hpp, some of whose bodies hold on to their neighbours.
+// Heaps with joints: those of scene/heap.hpp, with some bodies joined to neighbours.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -10,12 +10,12 @@
 namespace fathom {
 namespace {
 
-constexpr std::uint64_t joint_stream = 0x6a6f696e7473;  // the bodies' random numbers stay as they are
+constexpr std::uint64_t joint_stream = 0x6a6f696e7473;  // keeps the bodies' random numbers unchanged
 constexpr std::size_t first_body = 5;                   // after the floor and the walls
-constexpr double max_ratio = 100;                       // of two joined bodies' masses
+constexpr double max_ratio = 100;                       // of the masses of two joined bodies
 constexpr std::size_t longest_chain = 12, max_limbs = 9;
 
-/// Bodies as they lie at the start, and which mechanism has them.
+/// Bodies at their initial poses, and whether a mechanism already includes them.
 class Neighbours {
  public:
   explicit Neighbours(const std::vector<BodyDef>& bodies) : bodies_(bodies), taken_(bodies.size()) {
@@ -29,10 +29,10 @@ class Neighbours {
   void take(std::size_t body) { taken_[body] = 1; }
   double radius(std::size_t body) const { return radius_[body]; }
 
-  /// The free body nearest to this one that may be joined to it; itself where there is none.
+  /// The nearest free body that may be joined to this one; itself if there is none.
   std::size_t next_to(std::size_t body) const {
     std::size_t nearest = body;
-    double least = 1.4;  // of the sum of radii: farther ones would hold on to each other over long rods
+    double least = 1.4;  // of the sum of radii: farther ones would be joined by long rods
     for (std::size_t i = first_body; i < bodies_.size(); ++i) {
       const double ratio = mass_[i] / mass_[body];
       if (taken_[i] || i == body || ratio > max_ratio || ratio * max_ratio < 1) continue;
@@ -51,7 +51,7 @@ class Neighbours {
 
 float up_to(Random& random, double low, double high) { return static_cast<float>(low + (high - low) * random.unit()); }
 
-/// Of any type that neither drives nor stores energy.
+/// A joint of any type that neither drives nor stores energy.
 JointDef random_joint(Random& random, double arm) {
   JointDef joint = generic_joint({}, {}, {}, {});
   for (const auto axis : {JointAxisName::x, JointAxisName::y, JointAxisName::z})
@@ -85,7 +85,7 @@ JointDef random_joint(Random& random, double arm) {
 void join(Random& random, Scene& scene, std::size_t a, std::size_t b, double arm) {
   const Vec3 from = scene.bodies[a].pose.position, to = scene.bodies[b].pose.position;
   SceneJoint joint{a, b, random_joint(random, arm)};
-  // Where the one ends and the other begins.
+  // Where one ends and the other begins.
   const auto outer = [&](std::size_t i) { return static_cast<float>(outer_radius(scene.bodies[i].shape)); };
   const float share = outer(a) / (outer(a) + outer(b));
   joint.anchor_at(from + share * (to - from), scene.bodies);
@@ -93,7 +93,7 @@ void join(Random& random, Scene& scene, std::size_t a, std::size_t b, double arm
   scene.joints.push_back(joint);
 }
 
-/// From this body on: as a chain from neighbour to neighbour, or as a trunk with limbs.
+/// Joins bodies from this one on, as a chain from neighbour to neighbour or as a trunk with limbs.
 void add_mechanism(Random& random, Heap& heap, Neighbours& neighbours, std::size_t start, std::size_t size,
                    bool is_chain) {
   std::vector<std::size_t> parts{start};
@@ -115,7 +115,7 @@ Heap make_joint_heap(std::uint64_t seed) {
   heap.scene.name = "joint_heap";
   Random random(seed ^ joint_stream);
   random.bits();
-  if (heap.kind == HeapKind::stream) {  // who leaves would take its joints along
+  if (heap.kind == HeapKind::stream) {  // a body that leaves would take its joints with it
     heap.kind = HeapKind::bin;
     heap.scene.stream.reset();
   }

@@ -1,4 +1,4 @@
-// Heaps on uneven ground: those of scene/heap.hpp, whose floor a surface of triangles covers.
+// Heaps on uneven ground: those of scene/heap.hpp, with a surface of triangles on the floor.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,12 +12,12 @@
 namespace fathom {
 namespace {
 
-constexpr std::uint64_t surface_stream = 0x7375726661636573;  // the bodies' random numbers stay as they are
-constexpr int max_cells = 240;                                // a side
+constexpr std::uint64_t surface_stream = 0x7375726661636573;  // keeps the bodies' random numbers unchanged
+constexpr int max_cells = 240;                                // per side
 
 using Ground = std::function<double(double, double)>;
 
-/// Ground over a square of cells about the origin.
+/// A square grid of cells about the origin.
 struct Square {
   double half_side = 0, cell = 0;
   int cells = 0;
@@ -26,7 +26,7 @@ struct Square {
 };
 
 Square square_under(const Heap& heap, double cell) {
-  // Into the walls, and as far as the bin's corners where it turns.
+  // Into the walls; out to the bin's corners if it turns.
   const double reach = static_cast<double>(heap.half_width + heap.floor_half_height);
   Square square;
   square.half_side = heap.kind == HeapKind::turning_floor ? 1.5 * reach : reach;
@@ -35,7 +35,7 @@ Square square_under(const Heap& heap, double cell) {
   return square;
 }
 
-/// Waves or hills, a third to eight times as long as the largest body, whose highest point is at most at 0.
+/// Waves or hills, a third to eight times as long as the largest body, with no point above 0.
 Ground random_ground(Random& random, const Heap& heap, double cell, double& height) {
   const double length = std::max(6 * cell, log_uniform(random, 0.35, 8) * heap.largest);
   height = length * log_uniform(random, 0.03, 0.3);
@@ -59,7 +59,7 @@ Shape field_of(const Square& square, const Ground& ground) {
   return height_field({samples, samples, cell, cell, heights});
 }
 
-/// Vertices out of line, diagonals either way.
+/// Jittered vertices, with diagonals in random directions.
 Shape mesh_of(Random& random, const Square& square, const Ground& ground) {
   std::vector<Vec3> vertices;
   for (int j = 0; j <= square.cells; ++j)
@@ -89,7 +89,7 @@ Heap make_surface_heap(std::uint64_t seed) {
   Random random(seed ^ surface_stream);
   random.bits();
   BodyDef& floor = heap.scene.bodies.front();
-  if (heap.kind == HeapKind::sliding_floor) {  // it would have to be as long as it slides
+  if (heap.kind == HeapKind::sliding_floor) {  // the surface would have to be as long as the floor slides
     heap.kind = HeapKind::bin;
     floor.motion = MotionType::fixed;
     floor.velocity = {};
@@ -97,14 +97,14 @@ Heap make_surface_heap(std::uint64_t seed) {
   const Square square = square_under(heap, log_uniform(random, 0.05, 0.6) * heap.largest);
   double height = 0;
   const Ground ground = random_ground(random, heap, square.cell, height);
-  // A field turns about its corner.
+  // A height field turns about its corner.
   const bool is_field = heap.kind != HeapKind::turning_floor && random.bits() % 2 == 0;
   BodyDef body = floor;
   body.shape = is_field ? field_of(square, ground) : mesh_of(random, square, ground);
   const Quat tilt = floor.pose.rotation;
   const auto corner = static_cast<float>(-square.half_side);
   body.pose.position = is_field ? rotate(tilt, {corner, corner, 0}) : Vec3{};
-  // The floor lies so deep that nobody touches it who does not fall through the surface.
+  // The floor is so deep that only a body that falls through the surface touches it.
   floor.pose.position += rotate(tilt, {0, 0, -static_cast<float>(height) - 2 * heap.floor_half_height});
   heap.lowest -= static_cast<float>(height);
   heap.surface = {heap.scene.bodies.size(), square.cell / heap.largest, height / heap.largest};

@@ -25,7 +25,7 @@ constexpr std::array<std::pair<std::string_view, AxisMode>, 3> modes{
     {{"free", AxisMode::free}, {"limited", AxisMode::limited}, {"locked", AxisMode::locked}}};
 constexpr std::array<std::string_view, joint_axis_count> axis_keys{"x", "y", "z", "twist", "swing_y", "swing_z"};
 
-/// Which types have a key; all have those that are not here.
+/// Which joint types have a key; all types have the keys that are not listed.
 struct KeyUse {
   std::string_view key;
   unsigned types = 0;  ///< a bit for each JointWord
@@ -75,7 +75,7 @@ TomlTable inner(const TomlTable& outer, const toml::node& node, std::string_view
   return {outer.as_table(node, key), std::string(key), outer.file(), known};
 }
 
-/// By how far an axis may be from 0, and in which unit.
+/// The largest distance of an axis from 0, and its unit.
 struct Reach {
   float most = 3e38f;
   std::string_view unit = "m";
@@ -93,7 +93,7 @@ void check_bounds(const TomlTable& table, const toml::node& at, std::string_view
                        (reach.most > 2 ? "-3.1415926 and 3.1415926" : "-1.5707963 and 1.5707963") + " rad");
 }
 
-/// The keys 'lower' and 'upper' of a table, both of them or none; where they are, the axis is limited.
+/// Reads 'lower' and 'upper' of a table, both or none; with them the axis is limited.
 void read_bounds(const TomlTable& table, std::string_view what, JointAxis& axis, Reach reach) {
   if (!table.has("lower") && !table.has("upper")) return;
   for (const std::string_view key : {"lower", "upper"})
@@ -142,7 +142,7 @@ JointDrive read_drive(const TomlTable& outer, const toml::node& node) {
   return drive;
 }
 
-/// What an axis does at its limits, and what turns with it.
+/// Reads an axis's restitution and armature.
 void read_reactions(const TomlTable& table, JointAxis& axis) {
   table.read("restitution", axis.restitution, Range::not_negative);
   table.read("armature", axis.armature, Range::not_negative);
@@ -169,7 +169,7 @@ void read_axis(const TomlTable& joint, std::size_t index, JointAxis& axis) {
   axis.drive = read_drive(table, *drive);
 }
 
-/// Of a wheel: z gives way, and the swing about z steers.
+/// A wheel's suspension: z yields, and the swing about z steers.
 void read_suspension(const TomlTable& joint, JointDef& def) {
   const toml::node& node =
       joint.required("suspension", "write suspension = {axis = [0, 0, 1], hertz = 6, damping_ratio = 0.7}");
@@ -258,17 +258,17 @@ JointDef generic_of(JointWord word) {
   }
 }
 
-/// The shortest rotation that takes the axis x to a unit vector; half a turn is about z.
+/// The shortest rotation from the x axis to a unit vector; half a turn is about z.
 Quat shortest_turn_to(Vec3 v) {
   const float off = v.y * v.y + v.z * v.z;
   if (v.x < 0 && off < 1e-20f) return {0, 0, 0, 1};
   return normalize(Quat{v.x < 0 ? off / (1 - v.x) : 1 + v.x, 0, -v.z, v.y});
 }
 
-/// The rotation that takes the axes x and z to two perpendicular unit vectors.
+/// The rotation that takes the x and z axes to two perpendicular unit vectors.
 Quat rotation_to(Vec3 x, Vec3 z) {
   const Vec3 y = cross(z, x);
-  // Four times the squares of w, x, y, z; the largest one divides.
+  // Four times the squares of w, x, y, z; divides by the largest.
   const std::array<float, 4> squares{1 + x.x + y.y + z.z, 1 + x.x - y.y - z.z, 1 - x.x + y.y - z.z,
                                      1 - x.x - y.y + z.z};
   switch (std::max_element(squares.begin(), squares.end()) - squares.begin()) {

@@ -1,4 +1,4 @@
-// What the [[joint]] tables of scene files say of a joint's type and axes.
+// A joint's type and axes in the [[joint]] tables of scene files.
 #pragma once
 
 #include <fathom/joint.hpp>
@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// A type as files name it: all but ball and distance are generic joints whose axes are set beforehand, or couplings.
+/// A type as files name it: all but ball and distance are couplings or generic joints with preset axes.
 enum class JointWord : std::uint8_t {
   ball,
   fixed,
@@ -25,15 +25,15 @@ enum class JointWord : std::uint8_t {
 inline bool is_coupling(JointWord word) { return word >= JointWord::gear && word <= JointWord::pulley; }
 
 JointWord read_joint_word(const TomlTable& table);
-/// Fails at the first key that joints of this type do not have.
+/// Fails at the first key that this type of joint does not have.
 void check_joint_keys(const TomlTable& table, JointWord word);
-/// Sets the type and the axes: what the word stands for, and what the table says besides.
+/// Sets the type and its axes: the type's presets, then the table's keys.
 void read_joint_axes(const TomlTable& table, JointWord word, JointDef& def);
-/// Where the frames' axes point in the world at the start: x along 'axis', and z along a suspension.
+/// World orientation of the joint frames at the start: x along 'axis', z along a suspension.
 Quat read_joint_rotation(const TomlTable& table, JointWord word);
-/// A number that may be `inf`, which is then `most`.
+/// A number or `inf`, which becomes `most`.
 void read_or_infinite(const TomlTable& table, std::string_view key, float& value, float most);
-/// The vector of a key that must have a length, as a unit vector; `otherwise` where the key is missing.
+/// The key's vector, normalised; it must not be zero. `otherwise` if the key is missing.
 Vec3 read_direction(const TomlTable& table, std::string_view key, Vec3 otherwise);
 
 }  // namespace fathom

@@ -7,14 +7,14 @@
 namespace fathom {
 namespace {
 
-/// Uniform in [−1, 1], by a point of the grid.
+/// Uniform in [−1, 1], by grid point.
 double noise(std::uint64_t seed, std::int64_t i, std::int64_t j) {
   Random mixed(seed ^ static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15u);
   Random twice(mixed.bits() ^ static_cast<std::uint64_t>(j) * 0xC2B2AE3D27D4EB4Fu);
   return twice.symmetric(1);
 }
 
-/// Between the points of a grid of width 1, without kinks.
+/// Interpolates smoothly between the points of a grid of width 1.
 double smooth_noise(std::uint64_t seed, double x, double y) {
   const double i = std::floor(x), j = std::floor(y);
   const auto eased = [](double t) { return t * t * t * (t * (6 * t - 15) + 10); };

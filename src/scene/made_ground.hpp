@@ -1,17 +1,17 @@
-// Ground made by rule: heights over the plane, the same on every machine.
+// Procedural ground: heights over the plane, the same on every machine.
 #pragma once
 
 #include <cstdint>
 
 namespace fathom {
 
-/// Swell: three trains of waves in random directions.
+/// Swell: three wave trains in random directions.
 struct Waves {
   double height = 1;       ///< m, heights are within ± half of it
   double length = 10;      ///< m from crest to crest of the longest train
-  std::uint64_t seed = 1;  ///< other directions
+  std::uint64_t seed = 1;  ///< determines the directions
 
-  /// Height (m) over the point (m).
+  /// Height (m) at the point (m).
   double at(double x, double y) const;
 };
 
@@ -19,9 +19,9 @@ struct Waves {
 struct Hills {
   double height = 1;       ///< m, heights are within ± half of it
   double length = 10;      ///< m, width of the largest
-  double roughness = 0.5;  ///< height of the next smaller ones, of the larger ones'
-  int layers = 4;          ///< how many sizes there are
-  std::uint64_t seed = 1;  ///< other hills
+  double roughness = 0.5;  ///< height of each smaller size relative to the larger
+  int layers = 4;          ///< number of sizes
+  std::uint64_t seed = 1;  ///< determines the hills
 
   double at(double x, double y) const;
 };

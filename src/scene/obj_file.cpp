@@ -8,7 +8,7 @@
 namespace fathom {
 namespace {
 
-/// The words of one line after the other.
+/// The words of a text, line by line.
 class Lines {
  public:
   explicit Lines(std::string_view text) : rest_(text) {}
@@ -24,7 +24,7 @@ class Lines {
     return true;
   }
 
-  /// The line's next word, empty at its end.
+  /// The line's next word, empty at the end of the line.
   std::string_view word() {
     constexpr std::string_view blanks = " \t\r";
     line_.remove_prefix(std::min(line_.find_first_not_of(blanks), line_.size()));
@@ -72,7 +72,7 @@ class ObjReader {
     read_.vertices.push_back(vertex);
   }
 
-  /// "7", "7/1", "7/1/3" or "7//3"; counted from 1, or back from the last vertex so far by negative numbers.
+  /// "7", "7/1", "7/1/3" or "7//3"; counted from 1, or, if negative, back from the last vertex so far.
   std::uint32_t read_corner(std::string_view word) const {
     const std::string_view digits = word.substr(0, word.find('/'));
     const auto count = static_cast<std::int64_t>(read_.vertices.size());

@@ -1,4 +1,4 @@
-// Triangles from Wavefront OBJ files: the lines 'v' and 'f'. Everything else in them is left out.
+// Triangles from Wavefront OBJ files: the lines 'v' and 'f'. Everything else is ignored.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@ namespace fathom {
 
 struct ObjTriangles {
   std::vector<Vec3> vertices;
-  std::vector<std::uint32_t> indices;  ///< three per triangle; polygons are fans about their first corner
+  std::vector<std::uint32_t> indices;  ///< three per triangle; polygons become fans about their first corner
 };
 
-/// Throws `Error{file}` with the line of `file` and what to do where a number is none or not finite, a polygon has
-/// fewer than three corners or a corner that names no vertex above it, and where there is no polygon at all.
+/// Throws `Error{file}` with the line of `file` and a remedy if a number is malformed or not finite, a polygon has
+/// fewer than three corners or a corner that names no vertex above it, or there is no polygon at all.
 ObjTriangles parse_obj(std::string_view text, const std::string& file);
 
 }  // namespace fathom

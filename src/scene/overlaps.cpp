@@ -66,7 +66,7 @@ Pair ordered(std::size_t a, std::size_t b) {
   return {static_cast<std::uint32_t>(std::min(a, b)), static_cast<std::uint32_t>(std::max(a, b))};
 }
 
-/// Whose joints keep them from touching, and those excluded, ascending.
+/// Pairs that may not collide, by joints or exclusion, ascending.
 std::vector<Pair> kept_apart(const Scene& scene) {
   std::vector<Pair> pairs;
   for (const SceneJoint& joint : scene.joints)
@@ -76,7 +76,7 @@ std::vector<Pair> kept_apart(const Scene& scene) {
   return pairs;
 }
 
-/// Bodies by the cells of a grid. Those larger than a cell have none; they are not dynamic, so no two of them touch.
+/// Bodies by grid cell. Bodies larger than a cell are in none; they are not dynamic, so no two of them are tested.
 class Grid {
  public:
   Grid(const std::vector<Placed>& bodies, float cell) : bodies_(bodies), cell_(cell) {

@@ -1,4 +1,4 @@
-// How deep bodies are in each other, whichever engine left them so.
+// How deeply bodies overlap, whichever engine simulated them.
 #pragma once
 
 #include <span>
@@ -7,8 +7,8 @@
 
 namespace fathom {
 
-/// The deepest that a dynamic body is in any other one (m), along the axis in which they overlap least; 0 where none
-/// overlap. Bodies whose pose is not finite are left out, and pairs that filters or joints keep from touching.
+/// The deepest penetration of any dynamic body into another (m), along the axis of least overlap; 0 if none overlap.
+/// Ignores bodies whose pose is not finite, and pairs kept from touching by filters or joints.
 double deepest_overlap(const Scene& scene, std::span<const Pose> poses);
 
 }  // namespace fathom

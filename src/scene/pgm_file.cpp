@@ -38,7 +38,7 @@ class PgmReader {
 
   std::uint32_t byte(std::size_t i) const { return static_cast<std::uint8_t>(rest_[i]); }
 
-  /// A number of the head, after blanks and comments, with at least one byte behind it. 0 where there is none.
+  /// A number of the header, after blanks and comments, followed by at least one byte. 0 if there is none.
   std::uint64_t read_number() {
     for (;;) {
       rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t\r\n"), rest_.size()));

@@ -1,4 +1,4 @@
-// Grey pictures as heights: binary PGM files (P5) with 8 or 16 bits a pixel.
+// Grey images as heights: binary PGM files (P5) with 8 or 16 bits per pixel.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@ namespace fathom {
 
 struct GreyPicture {
   std::uint32_t width = 0, height = 0;
-  std::vector<float> pixels;  ///< 0 (black) to 1 (white), line by line from the top
+  std::vector<float> pixels;  ///< 0 (black) to 1 (white), row by row from the top
 };
 
-/// Throws `Error{file}` that names `file` and what to do where it is no such picture, is cut off, or has more than
+/// Throws `Error{file}` that names `file` and a remedy if it is not such an image, is truncated, or has more than
 /// `most` pixels.
 GreyPicture parse_pgm(std::string_view bytes, const std::string& file, std::uint64_t most);
 

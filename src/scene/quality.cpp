@@ -27,7 +27,7 @@ float extent(const Surface& surface, Vec3 direction) {
   return farthest;
 }
 
-/// How far the shape reaches from its centre towards the unit direction, which is in the body's axes.
+/// Extent of the shape from its centre along the unit direction, in body axes.
 float extent(const Shape& shape, Vec3 direction);
 
 float extent(const Compound& compound, Vec3 direction) {
@@ -66,7 +66,7 @@ double kinetic_energy(const BodyDef& body, const Pose& pose, const Velocity& vel
   return 0.5 * static_cast<double>(mass * length_squared(velocity.linear) + dot(spin, inertia * spin));
 }
 
-/// How far `value` is outside of what the axis allows.
+/// How far `value` is beyond what the axis allows.
 float excess(const JointAxis& axis, float value) {
   if (axis.mode == AxisMode::free) return 0;
   return axis.mode == AxisMode::locked ? value : max(axis.lower - value, max(value - axis.upper, 0.0f));

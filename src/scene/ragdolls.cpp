@@ -1,7 +1,7 @@
-// Environments of ragdolls, after Box3D's `rain`: 14 capsules held by 9 ball joints in cones and 4 hinges, three of
-// them in a cell of 15 m, on a flat ground or on its meshes. What differs from Box3D: all ragdolls fall at once, turned
-// at random, where it adds 30 at a time and takes old ones away; measures are round numbers; ball joints have no
-// springs, hinges friction alone; balls do not resist rolling.
+// Environments of ragdolls, after Box3D's `rain`: 14 capsules held by 9 cone-limited ball joints and 4 hinges, three
+// ragdolls per cell of 15 m, on flat ground or on its meshes. Differences from Box3D: all ragdolls fall at once with
+// random orientations, where it adds 30 at a time and removes old ones; dimensions are round numbers; ball joints have
+// no springs, hinges only friction; balls have no rolling resistance.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,18 +16,18 @@ namespace {
 constexpr std::uint64_t seed = 20260812;
 constexpr double cell_side = 15;     // m
 constexpr std::int64_t in_cell = 3;  // ragdolls
-constexpr double lowest_drop = 20;   // m, of a cell's first ragdoll over the ground
+constexpr double lowest_drop = 20;   // m, height of a cell's first ragdoll above the ground
 constexpr float hinge_friction = 5;  // N·m
 constexpr float degree = pi / 180;
 constexpr Vec3 up{0, 0, 1}, down{0, 0, -1}, left{0, 1, 0};
 
-/// A capsule of a ragdoll that stands at the origin and looks along x, and the joint by which it hangs on another.
+/// A capsule of a ragdoll that stands at the origin and looks along x, and the joint to its parent.
 struct Bone {
-  std::size_t parent;  ///< of the bones before; the first has none
-  Vec3 from, to;       ///< m, the ends of its axis
+  std::size_t parent;  ///< an earlier bone; the first has none
+  Vec3 from, to;       ///< m, ends of its axis
   float radius;        ///< m
   Vec3 joint;          ///< m
-  Vec3 axis;           ///< about which it twists, or that of its hinge
+  Vec3 axis;           ///< twist axis, or the hinge's axis
   float cone;          ///< degrees; 0: a hinge
   float lower, upper;  ///< degrees, of the twist or the hinge
 };
@@ -49,9 +49,9 @@ constexpr std::array<Bone, 14> bones{{
     {12, {0, -0.29f, 1.12f}, {0, -0.29f, 0.86f}, 0.045f, {0, -0.29f, 1.17f}, left, 0, -60, 5},  // right forearm
 }};
 constexpr auto bones_each = static_cast<std::int64_t>(bones.size());
-constexpr Vec3 middle{0, 0, 1};  // m, what ragdolls are turned about
+constexpr Vec3 middle{0, 0, 1};  // m, centre of rotation of ragdolls
 
-/// Takes what stands at the origin to where the ragdoll is.
+/// Moves a point of the ragdoll at the origin to the ragdoll's pose.
 Vec3 placed(const Pose& at, Vec3 point) { return transform(at, point - middle); }
 
 BodyDef body_of(const Bone& bone, const Pose& at) {
@@ -61,7 +61,7 @@ BodyDef body_of(const Bone& bone, const Pose& at) {
   body.shape = capsule(bone.radius, 0.5f * length_of_axis);
   body.material = {.friction = 0.6f, .restitution = 0};
   body.pose.position = placed(at, 0.5f * (bone.from + bone.to));
-  // A capsule's axis is its z. Those of bones are level or plumb.
+  // A capsule's axis is its z. Axes of bones are horizontal or vertical.
   const float half = 0.70710678f;
   const Quat along = axis.y != 0 ? Quat{half, -half, 0, 0} : Quat{};
   body.pose.rotation = normalize(at.rotation * along);
@@ -85,7 +85,7 @@ SceneJoint joint_of(const Bone& bone, std::size_t parent, std::size_t child, con
   return joint;
 }
 
-/// With the first `count` of its bones.
+/// Adds a ragdoll with the first `count` bones.
 void add_ragdoll(Scene& scene, const Pose& at, std::int64_t count) {
   const std::size_t first = scene.bodies.size();
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
@@ -95,7 +95,7 @@ void add_ragdoll(Scene& scene, const Pose& at, std::int64_t count) {
   }
 }
 
-/// Cells side by side on a square about the origin.
+/// Cells of a square about the origin.
 struct Cells {
   std::int64_t count = 0, across = 0;
 
@@ -117,7 +117,7 @@ void add_ragdolls(Scene& scene, const Cells& cells, std::int64_t bodies, float g
   for (std::int64_t i = 0; i * bones_each < bodies; ++i) {
     const auto index = static_cast<double>(i % in_cell);
     Pose at;
-    // One falls beside the other, so that they meet on the ground, and half of a cell's beside the middle.
+    // Side by side, so that they meet on the ground, half of a cell's beside the middle.
     at.position = cells.middle_of(i / in_cell) +
                   Vec3{static_cast<float>(1 + 1.5 * index), 0, ground + static_cast<float>(lowest_drop + 2.5 * index)};
     at.rotation = random_rotation(random);
@@ -125,7 +125,7 @@ void add_ragdolls(Scene& scene, const Cells& cells, std::int64_t bodies, float g
   }
 }
 
-/// A level square of 8 × 8 cells about the origin.
+/// A horizontal square of 8 × 8 cells about the origin.
 Shape square_mesh() {
   constexpr std::uint32_t cells = 8;
   std::vector<Vec3> vertices;
@@ -178,7 +178,7 @@ Scene rain(std::int64_t bodies) {
   check_size("rain", "bodies", bodies, max_environment_bodies / 2);
   const Cells cells(bodies);
   Cells ground = cells;
-  ground.across += 2;  // what tumbles over the last cells' sides stays on the ground
+  ground.across += 2;  // catches bodies that tumble over the outer cells' edges
   Scene scene = empty_scene("rain", bodies + 2 * ground.across * ground.across);
   scene.world.gravity = {0, 0, -10};
   BodyDef body;

@@ -5,8 +5,8 @@
 
 namespace fathom {
 
-/// SplitMix64 (Steele, Lea and Flood 2014): a counter in steps of the golden ratio, mixed. The standard
-/// library's distributions differ from one implementation to the next, so scenes use this in their place.
+/// SplitMix64 (Steele, Lea and Flood 2014): a counter in steps of the golden ratio, mixed. Replaces the standard
+/// library's distributions, which differ between implementations.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}

@@ -15,7 +15,7 @@ std::string describe_body(const Scene& scene, std::size_t body) {
 }
 
 Vec3 random_vector(Random& random, double limit) {
-  // One draw a line: the order in which a call's arguments are evaluated is not defined.
+  // One draw per line: the evaluation order of arguments is unspecified.
   const auto x = static_cast<float>(random.symmetric(limit));
   const auto y = static_cast<float>(random.symmetric(limit));
   const auto z = static_cast<float>(random.symmetric(limit));
@@ -122,7 +122,7 @@ void SceneInstance::add_bodies(const Scene& scene) {
     ids_ = world_.add_bodies(scene.bodies);
     return;
   } catch (const Error&) {
-    // Added none. One by one tells which body it was, whose name the world does not know.
+    // None were added. Adding them one by one tells which body failed; the world does not know its name.
   }
   for (const BodyDef& body : scene.bodies) {
     try {

@@ -1,4 +1,4 @@
-// A scene: what a run starts from, whatever made it (a file, a built-in environment, a test).
+// A scene: the start of a run, whatever made it (a file, a built-in environment, a test).
 #pragma once
 
 #include <cstddef>
@@ -22,25 +22,25 @@ struct Kicks {
   std::uint64_t seed = 1;
 };
 
-/// Bodies that come and go: before the steps interval, 2·interval, … one of them leaves the world and comes back at its
-/// source, as it was at the start but for that, each in its turn.
+/// Bodies that come and go: before the steps interval, 2·interval, … the next one leaves the world and returns at its
+/// source, otherwise as at the start.
 struct Stream {
   int interval = 1;           ///< steps
   std::size_t first = 0;      ///< in Scene::bodies
-  std::vector<Pose> sources;  ///< of this body and the next ones, as many as there are
+  std::vector<Pose> sources;  ///< of this body and the following ones
 
-  /// Who leaves and comes back when `steps` steps have been made.
+  /// The body that leaves and returns after `steps` steps.
   std::optional<std::size_t> due(std::uint64_t steps) const;
 };
 
-/// Kinematic bodies that go round an axis together, at a steady speed from where they are at the start.
+/// Kinematic bodies that orbit an axis together, at constant speed from their initial positions.
 struct Orbit {
   std::size_t first = 0, count = 0;  ///< in Scene::bodies
-  Vec3 centre, axis;                 ///< a point of the axis (m) and its unit vector
-  double speed = 0;                  ///< turns a second
-  bool is_rigid = true;              ///< they turn with it, as a drum's parts do
+  Vec3 centre, axis;                 ///< a point on the axis (m) and its unit vector
+  double speed = 0;                  ///< turns per second
+  bool is_rigid = true;              ///< they rotate with the orbit, like a drum's parts
 
-  /// Where one of Scene::bodies that started at `start` is after `time` (s).
+  /// Pose after `time` (s) of a body that started at `start`.
   Pose at(const Pose& start, double time) const;
 };
 
@@ -52,40 +52,40 @@ struct NamedBody {
 /// A joint between two of Scene::bodies.
 struct SceneJoint {
   std::size_t a = 0, b = 0;
-  JointDef def;  ///< but for its bodies
+  JointDef def;  ///< without its bodies
 
-  /// Both anchors at one point of the world (m).
+  /// Places both anchors at one world point (m).
   void anchor_at(Vec3 point, std::span<const BodyDef> bodies);
-  /// Both frames turned so in the world, where angles start at zero; the anchors stay.
+  /// Gives both frames this world orientation, at which angles are zero; the anchors stay.
   void turn_to(Quat rotation, std::span<const BodyDef> bodies);
 };
 
 struct Scene {
   std::string name;
   WorldDef world;
-  /// Of `world`, where a file says it: the set of algorithms, and where each setting is ("scene.toml:12"), by the
-  /// name of the configuration's key ("simulator.solver").
+  /// If `world` is from a file: the preset, and where each setting is ("scene.toml:12"), by the name of its
+  /// configuration key ("simulator.solver").
   std::optional<Preset> preset;
   std::map<std::string, std::string, std::less<>> said;
   std::vector<BodyDef> bodies;
-  std::vector<NamedBody> names;  ///< of the bodies that have one
+  std::vector<NamedBody> names;  ///< of the named bodies
   std::vector<SceneJoint> joints;
   /// Pairs of Scene::bodies that do not collide, see `World::exclude`.
   std::vector<std::pair<std::size_t, std::size_t>> excluded;
   std::optional<Kicks> kicks;
   std::optional<Stream> stream;
   std::optional<Orbit> orbit;
-  std::optional<float> ground_height;  ///< m, the ground's surface where the scene has one; quality is measured from it
-  std::optional<Aabb> container;       ///< what no centre of mass may leave (m)
+  std::optional<float> ground_height;  ///< m, the ground's surface, if any; reference for quality
+  std::optional<Aabb> container;       ///< m; no centre of mass may leave it
 };
 
-/// What the bodies of the scene's stream come back as, from the first on.
+/// Definitions with which the stream's bodies return, from the first on.
 std::vector<BodyDef> streamed_bodies(const Scene& scene);
 
-/// Bodies that forces and contacts move.
+/// Number of dynamic bodies.
 std::size_t dynamic_body_count(const Scene& scene);
 
-/// A scene's kicks, step after step.
+/// A scene's kicks, step by step.
 class Kicker {
  public:
   struct Kick {
@@ -94,8 +94,7 @@ class Kicker {
   };
 
   explicit Kicker(const Scene& scene);
-  /// The kicks due when `steps` steps have been made. To be asked once for every step, in order. Valid until the
-  /// next call.
+  /// The kicks due after `steps` steps. Call once per step, in order. Valid until the next call.
   std::span<const Kick> due(std::uint64_t steps);
 
  private:
@@ -105,18 +104,18 @@ class Kicker {
   std::vector<Kick> due_;
 };
 
-/// A scene's orbit, step after step.
+/// A scene's orbit, step by step.
 class Orbiter {
  public:
   struct Target {
     std::size_t body = 0;  ///< index in Scene::bodies
     Pose pose;             ///< at the end of the step
-    Velocity velocity;     ///< that takes it there
+    Velocity velocity;     ///< that takes the body there
   };
 
   /// The scene must have one.
   explicit Orbiter(const Scene& scene);
-  /// Of the step to make when `steps` steps have been made. Valid until the next call.
+  /// Targets of the step after `steps` steps. Valid until the next call.
   std::span<const Target> due(std::uint64_t steps);
 
  private:
@@ -126,19 +125,19 @@ class Orbiter {
   std::vector<Target> due_;
 };
 
-/// A scene's bodies and joints in a world, and what the scene does to them over time. The world must outlive it.
+/// A scene's bodies and joints in a world, and the scene's actions over time. The world must outlive it.
 class SceneInstance {
  public:
   /// Adds the scene's bodies and joints, and sorts them (`World::optimize_broad_phase`). Throws what `World::add` and
-  /// `World::add_joint` throw, saying of which one.
+  /// `World::add_joint` throw, naming the body or joint.
   SceneInstance(const Scene& scene, World& world);
 
-  /// What the scene does before the next step: its kicks, its stream, its orbit. Depends on the number of steps only.
+  /// The scene's actions before the next step: kicks, stream, orbit. Depends only on the number of steps.
   void prepare_step();
 
-  /// The body of each of Scene::bodies.
+  /// The body id of each of Scene::bodies.
   const std::vector<BodyId>& ids() const { return ids_; }
-  /// For those who carry the stream out in place of `prepare_step`: the body that came back.
+  /// For callers that run the stream instead of `prepare_step`: the body that returned.
   void replaced(std::size_t body, BodyId id) { ids_[body] = id; }
 
  private:

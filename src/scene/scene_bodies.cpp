@@ -27,7 +27,7 @@ constexpr std::array<Choice<MotionType>, 4> motions{{{"static", MotionType::fixe
                                                      {"kinematic", MotionType::kinematic},
                                                      {"dynamic", MotionType::dynamic}}};
 
-/// How a shape is told in a file. Cylinders and cones are hulls.
+/// A shape's type in a file. Cylinders and cones are hulls.
 enum class ShapeKind : std::uint8_t { sphere, capsule, box, hull, cylinder, cone, mesh, height_field, compound };
 constexpr std::array<Choice<ShapeKind>, 9> shape_kinds{{{"sphere", ShapeKind::sphere},
                                                         {"capsule", ShapeKind::capsule},
@@ -56,14 +56,14 @@ Material read_material(const TomlTable& outer, const toml::node& node, const std
   return material;
 }
 
-/// What others call shapes that there are none of, and what to take instead.
+/// Other engines' names of shapes that do not exist here, and what to use instead.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> absent_shapes{
     {{"trimesh", "\"mesh\" for what is static or kinematic, else a \"compound\" of hulls"},
      {"heightfield", "\"height_field\""},
      {"terrain", "\"height_field\" or \"mesh\""},
      {"plane", "a static body with a large \"box\""}}};
 
-/// The type alone; which other keys a shape may have depends on it.
+/// Reads only the type, which determines the other keys.
 ShapeKind read_shape_kind(const TomlTable& outer, const toml::table& shape, const std::string& name) {
   const TomlTable table(shape, name, outer.file());
   ShapeKind kind = ShapeKind::box;
@@ -145,7 +145,7 @@ Filter read_filter(const TomlTable& outer, const toml::node& node) {
   return filter;
 }
 
-/// What `key` of the table names in the section [keys] of the file, e.g. [shapes.wheel] of shape = "wheel".
+/// What `key` of the table refers to in the section [keys] of the file, e.g. [shapes.wheel] for shape = "wheel".
 std::pair<const toml::node*, std::string> look_up_node(const TomlTable& root, const TomlTable& table,
                                                        std::string_view key) {
   std::string name;
@@ -229,12 +229,12 @@ Shape read_shape(const TomlTable& root, const TomlTable& outer, const toml::node
   try {
     return read_shape_of_kind(root, outer, shape, kind, name);
   } catch (const Error& error) {
-    if (error.code() == ErrorCode::file) throw;  // it says where already
+    if (error.code() == ErrorCode::file) throw;  // names the position already
     outer.fail(node, name + ": " + error.what());
   }
 }
 
-/// Reads one kind of named things, e.g. every table of [shapes].
+/// Reads one kind of named objects, e.g. all tables of [shapes].
 template <class T, class Read>
 Named<T> read_named(const TomlTable& root, std::string_view section, Read read) {
   Named<T> things;
@@ -268,7 +268,7 @@ bool is_positive_definite(const SymMat3& m) {
   return m.xx > 0 && minor > 0 && determinant > 0;
 }
 
-/// Reads [[body]] tables one after the other.
+/// Reads [[body]] tables in order.
 class BodyReader {
  public:
   BodyReader(const TomlTable& root, Scene& scene)
@@ -347,7 +347,7 @@ class BodyReader {
     return inertia;
   }
 
-  /// Reports what a world would refuse, and where it is in the file.
+  /// Reports what a world would refuse, with its position in the file.
   void try_out(const TomlTable& table, const BodyDef& body) {
     try {
       trial_.remove(trial_.add(body));

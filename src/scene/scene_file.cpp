@@ -25,7 +25,7 @@ constexpr std::array<std::pair<std::string_view, Preset>, 2> presets{
 constexpr std::array<std::pair<std::string_view, SimulatorKind>, 3> simulators{
     {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}};
 
-/// Calls `read` with a section of the file where it is there.
+/// Calls `read` with a section of the file, if present.
 template <class Read>
 void read_section(const TomlTable& root, std::string_view key, std::initializer_list<std::string_view> known,
                   Read read) {
@@ -34,7 +34,7 @@ void read_section(const TomlTable& root, std::string_view key, std::initializer_
   read(TomlTable(root.as_table(*node, key), "[" + std::string(key) + "]", root.file(), known));
 }
 
-/// Notes where the table says settings of the world, under the names of the configuration's keys.
+/// Records where the table sets world settings, by the names of configuration keys.
 void note(const TomlTable& table, Scene& scene,
           std::initializer_list<std::pair<std::string_view, std::string_view>> keys) {
   for (const auto& [key, name] : keys)
@@ -113,7 +113,7 @@ void read_simulator(const TomlTable& root, Scene& scene) {
         for (const char* key : {"preset", "threads", "broad_phase", "partition", "sweep_axis"})
           note(table, scene, {{key, key}});
       });
-  // Who names a device wants it used.
+  // Naming a device implies using it.
   if (scene.said.contains("simulator.device") && !scene.said.contains("simulator.kind"))
     world.simulator = SimulatorKind::device;
 }

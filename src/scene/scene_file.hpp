@@ -8,9 +8,9 @@
 
 namespace fathom {
 
-/// Reads a scene file. Throws one `Error{file}` that says where the fault is and what to do.
+/// Reads a scene file. Throws one `Error{file}` that names the fault's position and a remedy.
 Scene load_scene(const std::string& path);
-/// The same from text; `file` is what complaints call it.
+/// The same from text; `file` is its name in error messages.
 Scene parse_scene(std::string_view text, std::string_view file);
 
 }  // namespace fathom

@@ -11,7 +11,7 @@
 namespace fathom {
 namespace {
 
-/// "plank.7" as "plank." and 7; nothing where the name does not end in a number.
+/// "plank.7" as "plank." and 7; none if the name does not end in a number.
 struct Numbered {
   std::string_view base;
   std::uint64_t number = 0;
@@ -29,7 +29,7 @@ std::optional<Numbered> numbered(std::string_view name) {
   return parts;
 }
 
-/// Reads [[joint]] tables one after the other.
+/// Reads [[joint]] tables in order.
 class JointReader {
  public:
   JointReader(const TomlTable& root, Scene& scene) : root_(root), scene_(scene) {
@@ -97,7 +97,7 @@ class JointReader {
     repeat(table, joint, frame, a, b);
   }
 
-  /// A table of [[exclude]].
+  /// Reads a table of [[exclude]].
   std::pair<std::size_t, std::size_t> read_excluded(const toml::table& node) const {
     const TomlTable table(node, "[[exclude]]", root_.file(), {"a", "b"});
     std::pair<std::size_t, std::size_t> pair;
@@ -109,13 +109,13 @@ class JointReader {
   }
 
  private:
-  /// What the file says in the world's axes.
+  /// A joint's frame in world axes, as far as the file gives it.
   struct WorldFrame {
     std::optional<Vec3> point;
     std::optional<Quat> rotation;
   };
 
-  /// The body that the key names; returns its name.
+  /// Finds the body that the key names; returns its name.
   std::string read_body(const TomlTable& table, std::string_view key, std::size_t& body) const {
     const toml::node& node = table.required(key, "the name of a [[body]]");
     std::string name;
@@ -176,7 +176,7 @@ class JointReader {
     return frame;
   }
 
-  /// A holds the target, B is held at 'point'; where nothing else is said the target is there too.
+  /// A provides the target, B is held at 'point', which is also the default target.
   void read_target(const TomlTable& table, SceneJoint& joint) const {
     if (scene_.bodies[joint.a].motion == MotionType::dynamic)
       table.fail(*table.find("a"), "the target is held by 'a', which must be static or kinematic");
@@ -202,7 +202,7 @@ class JointReader {
     inner.read("rotation", frame.rotation);
   }
 
-  /// Returns the world point where the joint is told by one.
+  /// Returns the joint's world point, if it is given by one.
   std::optional<Vec3> read_anchors(const TomlTable& table, JointWord word, SceneJoint& joint) const {
     if (!table.has("point")) {
       const std::string remedy = std::string("in body axes, from the centre of mass (m)") +
@@ -222,8 +222,8 @@ class JointReader {
     return point;
   }
 
-  /// The next joints hold the bodies together whose numbers are one higher each time. A body without a number is in all
-  /// of them; the joint then moves with the other one.
+  /// Repeats the joint between bodies with consecutive numbers. A body without a number is in all of the joints, which
+  /// then move with the other body.
   void repeat(const TomlTable& table, SceneJoint joint, const WorldFrame& frame, const std::string& first_a,
               const std::string& first_b) {
     int count = 1;

@@ -6,10 +6,10 @@
 
 namespace fathom {
 
-// Both add to the scene, whose bodies have been read.
+// Both add to the scene, whose bodies must have been read.
 
 void read_joints(const TomlTable& root, Scene& scene);
-/// Pairs that do not collide, [[exclude]].
+/// Reads pairs that do not collide, [[exclude]].
 void read_excluded(const TomlTable& root, Scene& scene);
 
 }  // namespace fathom

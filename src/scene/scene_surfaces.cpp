@@ -17,7 +17,7 @@ namespace {
 constexpr int max_samples_a_side = 1 << 20;
 constexpr std::uint64_t max_samples = std::uint64_t{1} << 26;
 
-/// The only one of the keys that the table has.
+/// The only one of the keys in the table.
 std::string_view only_one_of(const TomlTable& table, std::initializer_list<std::string_view> keys,
                              const std::string& remedy) {
   std::string_view found;
@@ -32,7 +32,7 @@ std::string_view only_one_of(const TomlTable& table, std::initializer_list<std::
   return found;
 }
 
-/// A key that goes with another one alone would seem to work.
+/// Refuses keys that do not go with `source`, which would silently have no effect.
 void refuse_with(const TomlTable& table, std::string_view source, std::initializer_list<std::string_view> keys) {
   for (const std::string_view key : keys)
     if (const toml::node* node = table.find(key))
@@ -62,7 +62,7 @@ SurfaceFile read_file(const TomlTable& table, const std::string& kind) {
   }
 }
 
-/// Whole numbers from 0 to below a limit each, which `what` calls in complaints.
+/// Non-negative integers, each below a limit; `what` names them in error messages.
 std::vector<std::uint32_t> read_indices(const TomlTable& table, const toml::node& node, std::string_view key,
                                         std::initializer_list<std::size_t> limits, std::string_view what) {
   const std::vector<float> numbers = table.numbers(node, key, limits.size(), limits.size());
@@ -96,7 +96,7 @@ ObjTriangles read_triangles(const TomlTable& table) {
   return read;
 }
 
-/// One factor, or one along each axis.
+/// One factor, or one per axis.
 Vec3 read_scale(const TomlTable& table) {
   Vec3 scale{1, 1, 1};
   const toml::node* node = table.find("scale");
@@ -108,7 +108,7 @@ Vec3 read_scale(const TomlTable& table) {
   return scale;
 }
 
-/// Heights (m) and how many there are along x and y.
+/// Heights (m) and their number along x and y.
 struct Heights {
   int columns = 0, rows = 0;
   std::vector<float> values;
@@ -147,7 +147,7 @@ Heights listed(const TomlTable& table) {
   return heights;
 }
 
-/// The picture's upper edge is the far one: seen from above, y up, the ground looks as the picture does.
+/// The image's upper edge is the far one: seen from above, y up, the ground looks like the image.
 Heights pictured(const TomlTable& table) {
   refuse_with(table, "file", {"columns", "rows"});
   float scale = 0, offset = 0;
@@ -163,7 +163,7 @@ Heights pictured(const TomlTable& table) {
   return heights;
 }
 
-/// Reads what waves and hills have in common.
+/// Reads the keys common to waves and hills.
 template <class Ground>
 void read_ground(const TomlTable& table, float cell, Ground& ground) {
   float height = 0, length = 0;

@@ -8,8 +8,7 @@
 
 namespace fathom {
 
-/// Both read a shape's table, which `name` calls in complaints. Files that it names are beside the scene file, or where
-/// their path leads from there.
+/// Both read a shape's table, `name` in error messages. Paths in it are relative to the scene file.
 Shape read_mesh(const TomlTable& outer, const toml::table& shape, const std::string& name);
 Shape read_height_field(const TomlTable& outer, const toml::table& shape, const std::string& name);
 

@@ -1,4 +1,4 @@
-// Heaps of bodies that are no cubes: they fall into a bin from above.
+// Heaps of bodies other than cubes that fall into a bin.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint64_t seed = 20201;
 constexpr double ground_top = 0.5;  // m
 
-/// A bin whose floor is the ground, with room for `columns` × `columns` bodies of `size`, and them above it.
+/// A bin on the ground with room for `columns` × `columns` bodies of `size`, and bodies above it.
 Scene heap_in_bin(std::string_view name, std::int64_t bodies, double size, float friction,
                   BodyDef (*next)(Random&, std::int64_t)) {
   constexpr double layers = 10, gap = 1.1;
@@ -22,7 +22,7 @@ Scene heap_in_bin(std::string_view name, std::int64_t bodies, double size, float
   scene.bodies[0].material.friction = friction;
   const auto columns = static_cast<std::int64_t>(std::ceil(std::sqrt(static_cast<double>(bodies) / layers)));
   const double cell = gap * size, inside = 0.5 * cell * static_cast<double>(columns);
-  // As high as all that fall.
+  // As high as all the falling bodies.
   const double rim = cell * (2 + static_cast<double>((bodies - 1) / (columns * columns)));
   const auto half_width = static_cast<float>(inside), half_rim = static_cast<float>(0.5 * rim);
   const auto middle = static_cast<float>(ground_top + 0.5 * rim);
@@ -43,7 +43,7 @@ Scene heap_in_bin(std::string_view name, std::int64_t bodies, double size, float
     body.material.friction = friction;
     const auto x = static_cast<double>(i % columns), y = static_cast<double>(i / columns % columns);
     const auto z = static_cast<double>(i / (columns * columns));
-    // Not straight above each other: what is round would stand.
+    // Not straight above each other: round bodies would stack.
     const double aside = 0.5 * (cell - size), off_x = random.symmetric(aside), off_y = random.symmetric(aside);
     body.pose.position = {static_cast<float>((x + 0.5) * cell - inside + off_x),
                           static_cast<float>((y + 0.5) * cell - inside + off_y),
@@ -61,7 +61,7 @@ BodyDef body_of(Shape shape) {
   return body;
 }
 
-/// Of sixteen points of an ellipsoid that is up to 1.6 times as long as thin.
+/// The hull of sixteen points on an ellipsoid up to 1.6 times as long as thin.
 Shape rock(Random& random, double size) {
   const double half = 0.5 * size;
   const double b = half * (0.625 + 0.375 * random.unit()), c = half * (0.625 + 0.375 * random.unit());
@@ -74,13 +74,13 @@ Shape rock(Random& random, double size) {
     points.push_back(
         {static_cast<float>(half * scale * x), static_cast<float>(b * scale * y), static_cast<float>(c * scale * z)});
   }
-  // About its centre of mass, where its position is, no larger than asked for.
+  // Scaled about the centre of mass, which is its position, so that it is no larger than requested.
   const float scale = static_cast<float>(half) / hull(points).hull->outer_radius();
   for (Vec3& point : points) point *= scale;
   return hull(points);
 }
 
-/// Of eight, which bodies share.
+/// One of eight rocks that bodies share.
 const Shape& one_of_rocks(std::int64_t number) {
   static const std::vector<Shape> rocks = [] {
     Random random(seed + 1);

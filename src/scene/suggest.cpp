@@ -7,7 +7,7 @@
 namespace fathom {
 namespace {
 
-/// Levenshtein distance: the fewest insertions, deletions and replacements from one word to the other.
+/// Levenshtein distance: the minimum number of insertions, deletions and replacements between two words.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -26,7 +26,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known) {
-  // A word is near when less than about half of its letters differ.
+  // A word is near if less than about half of its letters differ.
   std::size_t best = word.size() / 2 + 1;
   std::string_view found;
   for (const std::string_view candidate : known) {

@@ -1,4 +1,4 @@
-// Guesses what a mistyped word was meant to be.
+// Guesses the word meant by a mistyped one.
 #pragma once
 
 #include <span>
@@ -7,10 +7,10 @@
 
 namespace fathom {
 
-/// The known word nearest to the given one, or an empty view where none is near.
+/// The known word nearest to the given one, or an empty view if none is near.
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known);
 
-/// "; did you mean 'mass'?", or "; known: a, b, c" where no known word is near.
+/// "; did you mean 'mass'?", or "; known: a, b, c" if no known word is near.
 std::string suggestion(std::string_view word, std::span<const std::string_view> known);
 
 }  // namespace fathom

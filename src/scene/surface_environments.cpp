@@ -1,4 +1,4 @@
-// Environments whose ground is a surface, or of many bodies: trees and the large world of Box3D's benchmark in our
+// Environments with a surface or many bodies as ground: trees and the large world of Box3D's benchmark in our
 // coordinates (its y is our z, its z our −y), and a landscape.
 #include <algorithm>
 #include <cmath>
@@ -14,14 +14,14 @@
 namespace fathom {
 namespace {
 
-/// Of a full turn's part t.
+/// Sine of the fraction t of a full turn.
 double sine(double t) { return Direction(t - std::floor(t)).y; }
 
 // --- trees ---------------------------------------------------------------------------------------------------
 
 constexpr double trees_across = 150, trees_along = 200;  // m
 
-/// Waves of 0.4 m, 10 m and 20 m long.
+/// Waves of 0.4 m height, 10 m and 20 m long.
 Shape wavy_mesh(std::uint32_t cells_per_metre) {
   const auto columns = static_cast<std::uint32_t>(trees_across) * cells_per_metre;
   const auto rows = static_cast<std::uint32_t>(trees_along) * cells_per_metre;
@@ -41,8 +41,7 @@ Shape wavy_mesh(std::uint32_t cells_per_metre) {
   return mesh(vertices, indices);
 }
 
-/// A trunk of 22 prisms of six sides that stand on each other, each a twentieth thinner than the last, up from its
-/// foot at the origin.
+/// A trunk of 22 stacked hexagonal prisms, each a twentieth thinner than the last, with its foot at the origin.
 Shape tree() {
   std::vector<ChildShape> parts;
   double height = 1, radius = 0.75;
@@ -79,7 +78,7 @@ Scene trees(std::string_view name, std::int64_t bodies, std::uint32_t cells_per_
   body.density = 1;
   body.material.friction = 0.9f;
   const Vec3 middle = body.shape.compound->offset();
-  // From −70 m on, 3 m apart; more than there is room for stand closer.
+  // From −70 m on, 3 m apart, or closer if there are too many.
   const double apart = std::min(3.0, 150 / static_cast<double>(bodies));
   for (std::int64_t i = 0; i < bodies; ++i) {
     const Vec3 foot{0, static_cast<float>(70 - apart * static_cast<double>(i)), 1};
@@ -97,7 +96,7 @@ Scene trees(std::string_view name, std::int64_t bodies, std::uint32_t cells_per_
 constexpr std::uint32_t samples = 1000;
 constexpr double field_cell = 0.5, field_half = 0.5 * field_cell * (samples - 1);  // m
 
-/// A valley, up to 18° steep at its sides, with humps.
+/// A valley with bumps, up to 18° steep at its sides.
 double landscape(double x, double y) {
   const double valley = x * x / 1500 + y * y / 3000;
   return valley + 0.4 * sine(x / 20) * sine(y / 25) + 0.1 * sine(x / 5) * sine(y / 6);
@@ -140,7 +139,7 @@ Scene large_world(std::int64_t bodies) {
   }
   scene.ground_height = 0.25f;
   body.motion = MotionType::dynamic;
-  body.shape = sphere(across > 1 ? 0.5f : 0.3f);  // a hundred on a single box would overlap
+  body.shape = sphere(across > 1 ? 0.5f : 0.3f);  // a hundred would overlap on a single box
   const double inside = 0.8 * half;
   for (int i = 0; i < balls; ++i) {
     const auto at = [&](int k) { return static_cast<float>(inside * ((k + 0.5) * 2 / side - 1)); };

@@ -11,7 +11,7 @@ namespace {
 
 std::string quoted(std::string_view text) { return "'" + std::string(text) + "'"; }
 
-/// What stands in the file, in words.
+/// Names the type of a value in the file.
 std::string_view type_name(const toml::node& node) {
   switch (node.type()) {
     case toml::node_type::table:
@@ -35,7 +35,7 @@ std::string must_be(std::string_view what, std::string_view wanted, const toml::
   return quoted(what) + " must be " + std::string(wanted) + ", not " + std::string(type_name(node));
 }
 
-/// What is wrong with the number, or an empty view.
+/// What is wrong with the number, or empty.
 std::string_view complaint(float value, Range range) {
   if (!is_finite(value)) return "must be finite";
   if (range == Range::positive && value <= 0) return "must be greater than 0";

@@ -1,5 +1,5 @@
-// Typed, checked reading of TOML tables. Every complaint is one `Error{file}` of the form
-// "scene.toml:12:5: unknown key 'mas' in [[body]]; did you mean 'mass'?".
+// Typed, checked reading of TOML tables. Every error message is one `Error{file}` of the form "scene.toml:12:5: unknown
+// key 'mas' in [[body]]; did you mean 'mass'?".
 #pragma once
 
 #include <toml++/toml.h>
@@ -18,35 +18,35 @@
 
 namespace fathom {
 
-/// Which numbers a key takes.
+/// Range of numbers that a key accepts.
 enum class Range : std::uint8_t { any, not_negative, positive, unit_interval };
 
-/// A table of the file at `file`, called `name` in complaints; it may hold the known keys and no others.
+/// A table of the file at `file`, `name` in error messages; it may contain only the known keys.
 class TomlTable {
  public:
   TomlTable(const toml::table& table, std::string name, std::string_view file,
             std::initializer_list<std::string_view> known);
 
-  /// One that may hold any key.
+  /// A table with any keys.
   TomlTable(const toml::table& table, std::string name, std::string_view file);
 
   bool has(std::string_view key) const { return table_.contains(key); }
 
-  // These leave `value` as it is where the key is absent.
+  // These leave `value` unchanged if the key is absent.
   void read(std::string_view key, float& value, Range range = Range::any) const;
   void read(std::string_view key, std::optional<float>& value, Range range = Range::any) const;
   void read(std::string_view key, int& value, int least, int most = std::numeric_limits<int>::max()) const;
   void read(std::string_view key, std::uint32_t& value) const;
   void read(std::string_view key, std::uint64_t& value) const;
-  /// 64 bits as TOML has them: −1 is all of them.
+  /// 64 bits as a TOML integer: −1 sets all of them.
   void read_bits(std::string_view key, std::uint64_t& value) const;
   void read(std::string_view key, bool& value) const;
   void read(std::string_view key, std::string& value) const;
   void read(std::string_view key, Vec3& value, Range range = Range::any) const;
-  /// A quaternion [w, x, y, z], or {axis = [x, y, z], angle = radians}; of length 1.
+  /// A unit quaternion from [w, x, y, z], or {axis = [x, y, z], angle = radians}.
   void read(std::string_view key, Quat& value) const;
 
-  /// A word of a fixed list stands for a value.
+  /// Reads a word from a fixed list as its value.
   template <class T>
   void read_choice(std::string_view key, T& value, std::span<const std::pair<std::string_view, T>> choices) const {
     if (!has(key)) return;
@@ -55,7 +55,7 @@ class TomlTable {
     value = choices[choice_index(key, words)].second;
   }
 
-  /// The value of a key that must be there.
+  /// The value of a mandatory key.
   const toml::node& required(std::string_view key, std::string_view remedy) const;
   const toml::node* find(std::string_view key) const { return table_.get(key); }
 
@@ -64,7 +64,7 @@ class TomlTable {
   const toml::table& as_table(const toml::node& node, std::string_view what) const;
   const toml::array& as_array(const toml::node& node, std::string_view what) const;
 
-  /// Throws an error at a value, or at the head of this table.
+  /// Throws an error located at a value, or at the head of this table.
   [[noreturn]] void fail(const toml::node& at, const std::string& text) const;
   [[noreturn]] void fail(const std::string& text) const { fail(table_, text); }
 

@@ -5,7 +5,7 @@
 namespace fathom {
 
 std::span<const std::string_view> settings_of(Preset preset) {
-  // Only `dissertation` decides the last one.
+  // Only `dissertation` sets the last one.
   static constexpr std::array<std::string_view, 7> keys{
       "simulator.broad_phase",       "simulator.partition",    "simulator.solver", "simulator.warm_start",
       "simulator.push_out_velocity", "simulator.device_ahead", "simulator.sleep"};

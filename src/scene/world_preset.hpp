@@ -1,4 +1,4 @@
-// A set of algorithms beside settings that somebody chose one by one.
+// A set of algorithms combined with individually chosen settings.
 #pragma once
 
 #include <fathom/world.hpp>
@@ -8,10 +8,10 @@
 
 namespace fathom {
 
-/// What a preset decides, by the names of the configuration's keys.
+/// The settings of a preset, by configuration key.
 std::span<const std::string_view> settings_of(Preset preset);
 
-/// `apply`, but for the settings that stay as they are.
+/// `apply`, except for the settings that stay.
 void apply_but(Preset preset, WorldDef& world, const std::function<bool(std::string_view key)>& stays);
 
 }  // namespace fathom
