@@ -300,7 +300,7 @@ class Bvh::Probe {
   hn::Vec<Lanes> lower_[3], upper_[3];
 };
 
-// Depth first, last child first; children of level 1 in order.
+// Depth first, last child first; the leaves of a node in order.
 template <class Visit>
 void Bvh::descend(const Aabb& box, std::uint32_t lowest, const Visit& visit) const {
   const Probe probe(box);

@@ -22,7 +22,7 @@ class CellSolver {
   CellSolver(const WorldDef& def, const BodyTable& table, BodyState& state, ContactGraph& graph, ThreadPool& pool,
              ContactSolver& bodies);
 
-  // As ContactSolver's.
+  // Like ContactSolver's.
   void build(std::span<const std::uint32_t> in_contact);
   void solve(std::span<const std::uint32_t> in_contact);
   void store();  ///< also fades overlaps

@@ -149,7 +149,7 @@ class ContactGraph {
   void remove_joint(std::uint32_t slot);
   std::size_t joint_slots() const { return joints_.size(); }
   const Joint& joint(std::uint32_t slot) const { return joints_[slot]; }
-  /// All but its bodies, kind and colour.
+  /// Changes all but the bodies, kind and colour.
   void change_joint(std::uint32_t slot, const Joint& changed) {
     Joint& joint = joints_[slot];
     joint.anchor_a = changed.anchor_a, joint.anchor_b = changed.anchor_b;

@@ -28,7 +28,7 @@ class FixedTree {
   /// Appends the bodies whose boxes overlap `box`; their order depends on the history of additions, removals and moves.
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const;
 
-  /// As `Bvh::visit`.
+  /// Like `Bvh::visit`.
   float visit(const MovingBox& box, float limit, BodyVisitor& visitor) const;
 
   void save(ByteWriter& write) const;

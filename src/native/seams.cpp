@@ -103,7 +103,7 @@ std::span<const Vec3> normals_in(const Surface& surface, const Aabb& box) {
   return normals;
 }
 
-/// The neighbour continues where the surface with this normal ends, up or down by less than 45°: it is no wall.
+/// The neighbour continues where the surface with this normal ends, rising by less than 45°: it is no wall.
 bool goes_on(const NeighbourSolid& neighbour, Vec3 point, Vec3 normal, float gap) {
   const Vec3 direction = inverse_rotate(neighbour.pose.rotation, normal);
   const Vec3 way = transform(neighbour.pose, support(neighbour.shape, direction)) - point;

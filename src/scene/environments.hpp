@@ -69,9 +69,9 @@ Scene terrain(std::int64_t bodies);
 
 /// Hulls of 16 points and 1 m, in eight shapes.
 Scene rocks(std::int64_t bodies);
-/// Of 1 m.
+/// Spheres of 1 m.
 Scene spheres(std::int64_t bodies);
-/// Of 1 m by 0.5 m.
+/// Capsules of 1 m by 0.5 m.
 Scene capsules(std::int64_t bodies);
 /// All shapes in equal parts from 0.1 to 1 m, friction 0.2.
 Scene mixed(std::int64_t bodies);

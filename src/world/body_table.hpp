@@ -101,7 +101,7 @@ class BodyTable {
   /// Slots of the bodies with `pre_solve`, ascending.
   std::span<const std::uint32_t> pre_solvers() const { return pre_solvers_; }
   void set_pre_solve(std::uint32_t slot, bool pre_solve);
-  /// Of the thinnest dynamic body so far (m).
+  /// Half thickness of the thinnest dynamic body so far (m).
   float min_half_thickness() const { return min_half_thickness_; }
   /// Living bodies in ascending order of slot.
   std::span<const BodyId> living() const;

@@ -8,7 +8,7 @@ namespace fathom {
 void check_world(const WorldDef& def);
 void check_body(const BodyDef& def);
 void check_shape(const Shape& shape, const char* action);
-/// All but that its bodies exist and one of them is dynamic.
+/// Checks all but that its bodies exist and one of them is dynamic.
 void check_joint(const JointDef& def, const char* action = "add joint");
 void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& axis, const char* action);
 FATHOM_COMPONENT_API bool is_locked(const JointAxis& axis);
