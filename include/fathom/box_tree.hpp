@@ -1,4 +1,4 @@
-// The tree of boxes over the parts of a mesh or a compound.
+// The bounding-box tree over the parts of a mesh or a compound.
 #pragma once
 
 #include <cstdint>
@@ -6,12 +6,12 @@
 
 namespace fathom {
 
-/// Nodes lie in the order of depth first: an inner node's first child follows it.
+/// Nodes are in depth-first order: an inner node's first child directly follows it.
 struct BoxTreeNode {
-  Vec3 lower;           ///< m, of its box
+  Vec3 lower;           ///< m
   std::uint32_t next;   ///< inner node: its second child; leaf: its first part
   Vec3 upper;           ///< m
-  std::uint32_t count;  ///< of a leaf's parts; 0: inner node
+  std::uint32_t count;  ///< number of a leaf's parts; 0: inner node
 };
 
 }  // namespace fathom

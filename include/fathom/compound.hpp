@@ -13,23 +13,23 @@
 
 namespace fathom {
 
-/// One convex shape of a compound. Children may overlap; where they do, mass counts twice.
+/// One convex shape of a compound. Children may overlap; mass in an overlap counts twice.
 struct ChildShape {
   Shape shape;  ///< sphere, capsule, box or hull
-  /// Of the shape's centre of mass in the compound's coordinates (m); the rotation is normalised. A hull whose points
-  /// are in these coordinates already has its position at `Hull::offset`.
+  /// Pose of the shape's centre of mass in the compound's coordinates (m); the rotation is normalised. A hull whose
+  /// points are in these coordinates belongs at `Hull::offset`.
   Pose pose{};
-  float density = 1;  ///< relative to that of the other children, > 0: gives its part of the body's mass
-  std::optional<Material> material{};  ///< in place of the body's
-  /// In place of the body's, for this child. The two bodies' own filters must let them collide too.
+  float density = 1;                   ///< relative to the other children, > 0: sets its share of the body's mass
+  std::optional<Material> material{};  ///< overrides the body's
+  /// Overrides the body's for this child. The filters of the two bodies must let them collide too.
   std::optional<Filter> filter{};
   std::uint64_t user_data = 0;  ///< belongs to the application
 };
 
-/// Children with their mass properties and a tree of their boxes. Immutable; bodies share it.
+/// Children with their mass properties and a tree of their boxes. Immutable; shared by bodies.
 class Compound {
  public:
-  /// In the order given. Poses are in the compound's frame, which is centred at its centre of mass.
+  /// In the order given. Poses are in the compound's frame, whose origin is its centre of mass.
   std::span<const ChildShape> children() const { return children_; }
   /// Centre of mass in the coordinates that the children were given in.
   Vec3 offset() const { return offset_; }
@@ -45,7 +45,7 @@ class Compound {
   float inner_radius() const { return inner_radius_; }
   /// Bounds of a child (m).
   const Aabb& bounds(std::uint32_t child) const { return boxes_[child]; }
-  /// The tree of their boxes; its leaves count them in the order of `leaves`.
+  /// The tree of the children's boxes; its leaves are ranges of `leaves`.
   std::span<const BoxTreeNode> nodes() const { return nodes_; }
   std::span<const std::uint32_t> leaves() const { return leaves_; }  ///< children by leaf
 
@@ -62,9 +62,9 @@ class Compound {
   float volume_ = 0, outer_radius_ = 0, inner_radius_ = 0;
 };
 
-/// A shape of up to 65,536 convex children, moved so that its centre of mass is the origin; `Compound::offset` tells by
-/// how much. Throws `Error{invalid_argument}` where there are no children or too many, and on a child (named by its
-/// number) that is not convex, or whose pose or density is out of range or not finite.
+/// A shape of up to 65,536 convex children, shifted so that its centre of mass is the origin; `Compound::offset` is the
+/// shift. Throws `Error{invalid_argument}` if there are no children or too many, and for a child (named by its number)
+/// that is not convex, or whose pose or density is out of range or not finite.
 FATHOM_API Shape compound(std::span<const ChildShape> children);
 
 }  // namespace fathom

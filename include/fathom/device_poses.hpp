@@ -1,4 +1,4 @@
-// Poses where a GPU's simulator keeps them, for code that draws or reads on the same GPU.
+// Poses in a GPU simulator's own memory, for code that draws or reads on the same GPU.
 #pragma once
 
 #include <cstddef>

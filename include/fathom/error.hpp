@@ -1,4 +1,4 @@
-// What the library throws: one exception type with a code and a text that says where the fault is and how to fix it.
+// What the library throws: one exception type with a code and a text that says what is wrong and how to fix it.
 #pragma once
 
 #include <fathom/export.hpp>
@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// What kind of fault it is.
+/// Kinds of error.
 enum class ErrorCode {
   invalid_argument,  ///< a value is out of range, not finite or of zero length
   stale_id,          ///< the id names a body that was removed or never existed
@@ -17,12 +17,12 @@ enum class ErrorCode {
   file,              ///< a file is missing, unreadable, unwritable or malformed
 };
 
-/// Thrown by every function of the library that refuses its input; the world is then as it was.
+/// Thrown by every function of the library that rejects its input; the world is then unchanged.
 class FATHOM_API Error : public std::runtime_error {
  public:
-  /// `text` says where the fault is and how to fix it.
+  /// `text` says what is wrong and how to fix it.
   Error(ErrorCode code, const std::string& text) : std::runtime_error(text), code_(code) {}
-  /// What kind of fault it is.
+  /// The kind of error.
   ErrorCode code() const { return code_; }
 
  private:

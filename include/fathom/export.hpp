@@ -1,7 +1,7 @@
-// What the shared library shows; everything else in it is hidden.
+// What the shared library exports; everything else in it is hidden.
 #pragma once
 
-// The CMake target and the pkg-config file of the shared library define FATHOM_SHARED for what uses it.
+// The CMake target and the pkg-config file of the shared library define FATHOM_SHARED for its users.
 #if !defined(FATHOM_SHARED)
 #define FATHOM_API
 #elif !defined(_WIN32)
@@ -12,5 +12,5 @@
 #define FATHOM_API __declspec(dllimport)
 #endif
 
-/// What engine, scenes and program use of the library beside its public interface: no promise holds for it.
+/// Parts of the library outside its public interface that engine, scenes and program use: subject to change.
 #define FATHOM_COMPONENT_API FATHOM_API

@@ -16,7 +16,7 @@
 
 namespace fathom {
 
-/// Names a joint; the generation tells a reused index from the joint that had it before.
+/// Names a joint; the generation tells a reused index from its earlier joint.
 struct JointId {
   std::uint32_t index = 0xffffffffu;  ///< its slot, for life
   std::uint32_t generation = 0;       ///< how often the slot was used before
@@ -24,27 +24,28 @@ struct JointId {
   friend bool operator==(JointId, JointId) = default;
 };
 
-/// The laws that joints follow.
+/// What joints constrain.
 enum class JointType : std::uint8_t {
-  ball,  ///< holds two anchors together and leaves all rotation free (Box3D: spherical joint, Jolt: point constraint)
+  ball,      ///< holds two anchors together, leaves all rotation free (Box3D: spherical joint, Jolt: point constraint)
   generic,   ///< six axes, each free, limited or locked (PhysX: D6, Jolt: six-DOF): hinges, sliders, wheels, welds
-  distance,  ///< limits or holds the distance of two anchors: rods, ropes, springs
+  distance,  ///< limits or fixes the distance of two anchors: rods, ropes, springs
   coupling,  ///< ties a motion of one body to one of another: gears, racks, pulleys
 };
 
 /// What a joint allows along or about an axis.
 enum class AxisMode : std::uint8_t { free, limited, locked };
 
-/// A spring, a damper or a motor on an axis of a joint: the force stiffness (position - x) + damping (velocity - v),
-/// integrated implicitly, so that any gain is stable, and never more than `max_force`. For an axis of rotation read
-/// rad, rad/s, N·m, N·m/rad, N·m·s/rad.
+/// A spring, damper or motor on an axis of a joint. Its force is stiffness (position - x) + damping (velocity - v), at
+/// most `max_force`, and is integrated implicitly, so that any gain is stable. For an axis of rotation read rad, rad/s,
+/// N·m, N·m/rad, N·m·s/rad.
 struct JointDrive {
   float position = 0;       ///< target (m)
   float velocity = 0;       ///< target (m/s)
-  float stiffness = 0;      ///< N/m; or Hz, where `by_frequency`
-  float damping = 0;        ///< N·s/m; or the damping ratio, where `by_frequency`
+  float stiffness = 0;      ///< N/m; in Hz if `by_frequency`
+  float damping = 0;        ///< N·s/m; a damping ratio if `by_frequency`
   float max_force = 3e38f;  ///< N
-  /// True: stiffness and damping are a frequency and a damping ratio against what the axis moves, all else locked.
+  /// True: stiffness and damping are a frequency and a damping ratio for the effective mass along the axis, with all
+  /// other axes locked.
   bool by_frequency = false;
 
   /// Whether it pushes at all.
@@ -52,24 +53,24 @@ struct JointDrive {
   friend bool operator==(const JointDrive&, const JointDrive&) = default;
 };
 
-/// As damping: holds its velocity as long as `max_force` suffices.
+/// For `JointDrive::damping`: holds the target velocity as long as `max_force` suffices.
 inline constexpr float rigid_damping = 3e38f;
-/// As `JointDef::break_force` or `break_torque`: never.
+/// For `JointDef::break_force` and `break_torque`: never breaks.
 inline constexpr float unbreakable = 3e38f;
 
 /// One axis of a joint.
 struct JointAxis {
   AxisMode mode = AxisMode::free;  ///< free, limited or locked
-  /// Where a limited axis ends (m or rad), `lower` <= `upper`. Angles lie within [-pi, pi] about the twist axis,
-  /// within (-pi/2, pi/2) about the others. Equal bounds lock it there.
+  /// Lower end of a limited axis (m or rad), `lower` <= `upper`. Angles lie within [-pi, pi] about the twist axis,
+  /// within (-pi/2, pi/2) about the others. Equal bounds lock the axis there.
   float lower = 0;
-  float upper = 0;     ///< see `lower`
+  float upper = 0;     ///< upper end
   JointDrive drive{};  ///< what pushes along the axis
-  /// 0 to 1: the part of its speed with which an axis rebounds from a limit that it hits faster than
-  /// `SolverSettings::restitution_threshold` (m/s or rad/s). The solver `impulse` ignores it.
+  /// 0 to 1: the fraction of its speed with which an axis rebounds from a limit that it hits faster than
+  /// `SolverSettings::restitution_threshold` (m/s or rad/s). Ignored by the solver `impulse`.
   float restitution = 0;
-  /// Inertia of the motion along the axis besides that of the bodies (kg or kg·m²), as of a motor's rotor behind its
-  /// gear. Only for axes that are not locked. Velocities and impulses of the application act on the bodies alone.
+  /// Inertia of motion along the axis in addition to that of the bodies (kg or kg·m²), as of a motor's rotor behind its
+  /// gear. Only for axes that are not locked. Velocities and impulses set by the application act on the bodies alone.
   float armature = 0;
 
   /// Limits the axis (m or rad).
@@ -82,23 +83,23 @@ struct JointAxis {
     drive = {0, target, 0, rigid_damping, max, false};
     return *this;
   }
-  /// A servo: drives to a position (m or rad) with a stiffness and a damping, with at most `max` (N or N·m).
+  /// A servo: drives to a position (m or rad) with this stiffness and damping and at most `max` (N or N·m).
   JointAxis& drive_position(float target, float stiffness, float damping, float max = 3e38f) {
     drive = {target, 0, stiffness, damping, max, false};
     return *this;
   }
-  /// A spring of a frequency (Hz) and a damping ratio, at rest at `rest` (m or rad).
+  /// A spring with this frequency (Hz) and damping ratio, at rest at `rest` (m or rad).
   JointAxis& spring(float hertz, float damping_ratio, float rest = 0) {
     drive = {rest, 0, hertz, damping_ratio, 3e38f, true};
     return *this;
   }
-  /// Holds still until more than `max` (N or N·m) pushes it.
+  /// Dry friction: holds still until pushed by more than `max` (N or N·m).
   JointAxis& friction(float max) { return drive_velocity(0, max); }
 
   friend bool operator==(const JointAxis&, const JointAxis&) = default;
 };
 
-/// Axes of a generic joint, which are those of A's frame. A distance joint has one, `x`: the distance.
+/// Axes of a generic joint, those of A's frame. A distance joint has one, `x`: the distance.
 enum class JointAxisName : std::uint8_t {
   x,        ///< translation (m) along A's axis x
   y,        ///< ... y
@@ -110,50 +111,49 @@ enum class JointAxisName : std::uint8_t {
 /// How many axes a generic joint has.
 inline constexpr std::size_t joint_axis_count = 6;
 
-/// What a coupling ties of a body.
+/// Which motion of a body a coupling ties.
 enum class CoupledMotion : std::uint8_t {
-  turn,   ///< the angle (rad, of any number of turns) of the joint's frame on the body about the axis x of `from`
-  slide,  ///< how far (m) the body's anchor is from the position of `from` along its axis x
-  rope,   ///< the distance (m) of the body's anchor from the position of `from`
+  turn,   ///< angle (rad, over any number of turns) of the joint's frame on the body about the axis x of `from`
+  slide,  ///< displacement (m) of the body's anchor from the position of `from` along its axis x
+  rope,   ///< distance (m) of the body's anchor from the position of `from`
 };
 /// One side of a coupling.
 struct CouplingEnd {
   CoupledMotion motion = CoupledMotion::turn;  ///< which motion of the body
-  Pose from{};                                 ///< in the world, where it stays
+  Pose from{};                                 ///< in the world, does not move
 };
 
 /// What a joint is created from.
 struct JointDef {
-  JointType type = JointType::ball;  ///< the law
+  JointType type = JointType::ball;  ///< what it constrains
   BodyId a{};                        ///< a living body
-  BodyId b{};                        ///< another one; one of the two is dynamic
+  BodyId b{};                        ///< another one; at least one of the two is dynamic
   /// The joint's frame on each body, in body axes from its centre of mass (m); the rotations are normalised. Ball and
-  /// distance joints read the positions alone, their anchors. Where B is fixed or kinematic, the axes are those of B's
-  /// frame instead of A's.
+  /// distance joints use only the positions, as anchors. If B is fixed or kinematic, the axes are those of B's frame
+  /// instead of A's.
   Pose frame_a{};
   Pose frame_b{};  ///< see `frame_a`
-  /// By JointAxisName, for generic and distance joints. For a coupling `x` limits its sum (see `ratio`); it has no
+  /// By JointAxisName, for generic and distance joints. For a coupling, `x` limits its sum (see `ratio`) and has no
   /// drive.
   std::array<JointAxis, joint_axis_count> axes{};
-  /// For a generic joint, where it is above 0: the angle (rad, below pi) by which B's axis x may tilt from A's. The two
-  /// swings are free then.
+  /// Generic joint, if above 0: the maximum angle (rad, below pi) between the axes x of A and B. The two swings must
+  /// then be free.
   float cone_angle = 0;
-  /// For a coupling, which holds the motion of A + ratio times that of B within the bounds of its axis x.
+  /// Coupling: keeps the motion of A + ratio times the motion of B within the bounds of axis x.
   CouplingEnd coupled_a{};
   CouplingEnd coupled_b{};  ///< see `coupled_a`
   float ratio = 1;          ///< see `coupled_a`
-  /// The joint is removed at the end of a step in which its mean reaction is larger (N; N·m; of a coupling that on B),
-  /// and `World::joints_broken` lists it. Infinity is `unbreakable` too.
+  /// The joint is removed at the end of a step in which its mean reaction exceeds this (N, N·m; for a coupling its
+  /// reaction on B), and `World::joints_broken` lists it. Infinity means `unbreakable` too.
   float break_force = unbreakable;
   float break_torque = unbreakable;  ///< see `break_force`
   /// False: the two bodies do not collide with each other.
   bool collide_connected = false;
-  /// 0: rigid. Otherwise everything that is locked is a spring of this frequency (Hz) against the bodies' effective
-  /// mass, with `damping_ratio`. It is integrated implicitly (Catto, "Soft Constraints", GDC 2011), so any value is
-  /// stable.
+  /// 0: rigid. Otherwise everything locked is a spring with this frequency (Hz) and `damping_ratio` for the bodies'
+  /// effective mass. It is integrated implicitly (Catto, "Soft Constraints", GDC 2011), so any value is stable.
   float hertz = 0;
   float damping_ratio = 1;  ///< of that spring; 1 is critical
-  /// N, for a ball joint with `hertz`: the maximum of its force in any direction.
+  /// Ball joint with `hertz`: its maximum force in any direction (N).
   float max_force = 3e38f;
   std::uint64_t user_data = 0;  ///< belongs to the application
 
@@ -161,21 +161,21 @@ struct JointDef {
   JointAxis& axis(JointAxisName name) { return axes[static_cast<std::size_t>(name)]; }
   /// The axis of this name.
   const JointAxis& axis(JointAxisName name) const { return axes[static_cast<std::size_t>(name)]; }
-  /// Whether a force or a torque breaks it.
+  /// Whether a force or a torque can break it.
   bool can_break() const { return break_force < unbreakable || break_torque < unbreakable; }
 };
 
 namespace joint_parts {
 
-/// Why `axis` gives no direction; null where it does.
+/// Why `axis` has no direction; null if it has one.
 inline const char* direction_fault(Vec3 axis) {
   return length_squared(axis) > 1e-12f ? nullptr : "has no length; give it one of more than 1e-6";
 }
 
 }  // namespace joint_parts
 
-/// A frame at `position` (m) with its axis x along `axis`, turned the shortest way; no more is said of y and z. Throws
-/// `Error{invalid_argument}` where `axis` has no length, as gears and racks do.
+/// A frame at `position` (m) with its axis x along `axis`, by the shortest rotation; y and z are otherwise unspecified.
+/// Throws `Error{invalid_argument}` if `axis` has no length; so do the functions for gears and racks.
 inline Pose joint_frame(Vec3 position, Vec3 axis) {
   if (const char* const fault = joint_parts::direction_fault(axis))
     throw Error(ErrorCode::invalid_argument, std::string("joint frame: the axis ") + fault);
@@ -186,7 +186,7 @@ inline Pose joint_frame(Vec3 position, Vec3 axis) {
   return frame;
 }
 
-/// A ball joint between points of two bodies (m, body axes, from their centres of mass).
+/// A ball joint between a point on each body (m, body axes, from the centre of mass).
 inline JointDef ball_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b) {
   JointDef def;
   def.a = a, def.b = b;
@@ -194,10 +194,10 @@ inline JointDef ball_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b) {
   return def;
 }
 
-/// Pulls a point of a body (m, body axes, from its centre of mass) towards a point of the world, by a spring of this
-/// frequency (Hz) and damping ratio and with `max_force` (N) at most, whatever the gain (Box2D: mouse joint). The
-/// target is where `frame_a` is on `holder`, a fixed or kinematic body; `World::set_joint_target` moves it. The two
-/// bodies still make contacts.
+/// Pulls a point of a body (m, body axes, from its centre of mass) towards a point in the world, by a spring with this
+/// frequency (Hz) and damping ratio and at most `max_force` (N), whatever the gain (Box2D: mouse joint). The target is
+/// the position of `frame_a` on `holder`, a fixed or kinematic body; `World::set_joint_target` moves it. The two bodies
+/// still collide.
 inline JointDef target_joint(BodyId holder, const Pose& holder_pose, BodyId body, Vec3 point, Vec3 target, float hertz,
                              float damping_ratio, float max_force) {
   JointDef def = ball_joint(holder, body, inverse_transform(holder_pose, target), point);
@@ -214,14 +214,14 @@ inline JointDef generic_joint(BodyId a, BodyId b, const Pose& frame_a, const Pos
   return def;
 }
 
-/// All axes locked: the two frames are one (Box3D: weld joint).
+/// All axes locked: the two frames coincide (Box3D: weld joint).
 inline JointDef fixed_joint(BodyId a, BodyId b, const Pose& frame_a, const Pose& frame_b) {
   JointDef def = generic_joint(a, b, frame_a, frame_b);
   for (JointAxis& axis : def.axes) axis.mode = AxisMode::locked;
   return def;
 }
 
-/// A hinge about the frames' axis x: all locked but the twist.
+/// A hinge about the frames' axis x: all axes locked but the twist.
 inline JointDef revolute_joint(BodyId a, BodyId b, const Pose& frame_a, const Pose& frame_b) {
   JointDef def = fixed_joint(a, b, frame_a, frame_b);
   def.axis(JointAxisName::twist).mode = AxisMode::free;
@@ -242,8 +242,8 @@ inline JointDef universal_joint(BodyId a, BodyId b, const Pose& frame_a, const P
   return def;
 }
 
-/// A wheel B on a chassis A: it spins about the frames' axis x, its suspension gives along A's z, and it steers about z
-/// once that swing is limited or free. All parameters of the suspension are the axis z's drive and limits.
+/// A wheel B on a chassis A: it spins about the frames' axis x, its suspension acts along A's z, and it steers about z
+/// once that swing is limited or free. The suspension's parameters are the drive and the limits of axis z.
 inline JointDef wheel_joint(BodyId chassis, BodyId wheel, const Pose& frame_a, const Pose& frame_b, float hertz,
                             float damping_ratio) {
   JointDef def = revolute_joint(chassis, wheel, frame_a, frame_b);
@@ -252,7 +252,7 @@ inline JointDef wheel_joint(BodyId chassis, BodyId wheel, const Pose& frame_a, c
   return def;
 }
 
-/// A rod where `lower` equals `upper` (m), a rope where `lower` is 0.
+/// A rod if `lower` equals `upper` (m), a rope if `lower` is 0.
 inline JointDef distance_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b, float lower, float upper) {
   JointDef def = ball_joint(a, b, anchor_a, anchor_b);
   def.type = JointType::distance;
@@ -262,7 +262,7 @@ inline JointDef distance_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b,
 
 namespace joint_parts {
 
-/// A body's frame that is at `from` now, with the body at `pose`.
+/// The frame on a body at `pose` that coincides with `from`.
 inline Pose frame_on(const Pose& pose, const Pose& from) {
   Pose frame;
   frame.position = inverse_transform(pose, from.position);
@@ -280,11 +280,11 @@ inline JointDef coupling(BodyId a, BodyId b, CouplingEnd end_a, CouplingEnd end_
 
 }  // namespace joint_parts
 
-// Couplings measure both motions in the world: what bears a wheel may move, but not turn about the wheel's axis.
+// Couplings measure both motions in the world: the bearing of a wheel may move, but not turn about the wheel's axis.
 
-/// Two wheels that are at `pose_a` and `pose_b` now: A turns by -`ratio` times what B turns, each about its axis
-/// through its centre (world). Wheels of radius r that mesh from outside have the ratio r_b / r_a, for axes in one
-/// direction.
+/// Two wheels at their current poses `pose_a` and `pose_b`: A turns by -`ratio` times the angle of B, each about its
+/// axis through its centre (world). External gears of radius r with axes in the same direction have the ratio r_b /
+/// r_a.
 inline JointDef gear_joint(BodyId a, const Pose& pose_a, Vec3 axis_a, BodyId b, const Pose& pose_b, Vec3 axis_b,
                            float ratio) {
   JointDef def = joint_parts::coupling(a, b, {CoupledMotion::turn, joint_frame(pose_a.position, axis_a)},
@@ -294,8 +294,8 @@ inline JointDef gear_joint(BodyId a, const Pose& pose_a, Vec3 axis_a, BodyId b, 
   return def;
 }
 
-/// A pinion A and a rack B that are at these poses now: B moves along `direction` by `radius` (m) times what A turns
-/// about `axis` (rad), 2 pi radius a turn; backwards for a radius below 0. Axes in the world.
+/// A pinion A and a rack B at these current poses: B moves along `direction` by `radius` (m) times the angle (rad) of A
+/// about `axis`, 2 pi radius per turn; backwards if the radius is negative. Axes in the world.
 inline JointDef rack_joint(BodyId pinion, const Pose& pose_a, Vec3 axis, BodyId rack, const Pose& pose_b,
                            Vec3 direction, float radius) {
   JointDef def = joint_parts::coupling(pinion, rack, {CoupledMotion::turn, joint_frame(pose_a.position, axis)},
@@ -304,8 +304,8 @@ inline JointDef rack_joint(BodyId pinion, const Pose& pose_a, Vec3 axis, BodyId 
   return def;
 }
 
-/// A rope from an anchor of A over two fixed wheels (m, world) to one of B: the length at A + ratio times that at B is
-/// at most `length` (m). A block and tackle at B that divides its force by n has the ratio n.
+/// A rope from an anchor of A over two fixed wheels (m, world) to an anchor of B: the length at A + ratio times the
+/// length at B is at most `length` (m). A block and tackle at B that divides its force by n has the ratio n.
 inline JointDef pulley_joint(BodyId a, Vec3 anchor_a, Vec3 wheel_a, BodyId b, Vec3 anchor_b, Vec3 wheel_b, float length,
                              float ratio = 1) {
   CouplingEnd end_a{CoupledMotion::rope, {}}, end_b{CoupledMotion::rope, {}};
@@ -317,14 +317,14 @@ inline JointDef pulley_joint(BodyId a, Vec3 anchor_a, Vec3 wheel_a, BodyId b, Ve
   return def;
 }
 
-/// What a joint exerted on its body B in the last step, in world axes, mean over the step. A got the reverse, except of
+/// Mean reaction of a joint on its body B over the last step, in world axes. A gets the opposite, except from
 /// couplings.
 struct JointReaction {
   Vec3 force;   ///< N, at B's anchor
   Vec3 torque;  ///< N·m; ball and distance joints have none
 };
 
-/// The positions of a joint's axes, by JointAxisName (m and rad; of a distance joint x alone). Of a coupling: the
+/// The positions of a joint's axes, by JointAxisName (m and rad; for a distance joint x alone). For a coupling: the
 /// motions of A and B, angles within a turn.
 using JointPositions = std::array<float, joint_axis_count>;
 

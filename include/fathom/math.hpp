@@ -1,8 +1,8 @@
 // Vectors, quaternions, matrices, poses and boxes: plain structs for host and device code.
 //
-// Every function is explicit about its roundings: contraction is off in this project, `fma` is
-// written where it is wanted, so that all back ends give the same bits. `cross` uses no fma on
-// purpose: with it a × a would not be exactly zero.
+// Every function is explicit about its rounding, so that all back ends give the same bits: contraction is off in this
+// project, and `fma` is written where it is wanted. `cross` deliberately uses no fma: with it a × a would not be
+// exactly zero.
 #pragma once
 
 #include <bit>
@@ -18,8 +18,8 @@
 #define FATHOM_HD inline
 #define FATHOM_HD_INLINED inline
 #endif
-/// For functions of a few operations. g++ calls them where a file has grown past its limits: the narrow phase of
-/// capsules then takes 1.7 times as long.
+/// For functions of a few operations. In large files g++ stops inlining them: the narrow phase of capsules then takes
+/// 1.7 times as long.
 #if defined(__CUDACC__)
 #define FATHOM_HD_SHORT FATHOM_HD_INLINED
 #elif defined(_MSC_VER)
@@ -33,8 +33,8 @@ namespace fathom {
 /// π.
 inline constexpr float pi = 3.14159265358979323846f;
 
-// fma, sqrt and abs of numbers are templates so that they are not ambiguous where `using namespace std` stands beside
-// `using namespace fathom`: of two that fit equally well, the one that is no template is called, which is std's.
+// fma, sqrt and abs are templates so that calls are not ambiguous under both `using namespace std` and `using namespace
+// fathom`: of two equally good overloads, the non-template one, std's, wins.
 
 /// a·b + c with one rounding, on every target.
 template <class = void>
@@ -46,18 +46,18 @@ FATHOM_HD float fma(float a, float b, float c) {
 #endif
 }
 
-/// The correctly rounded square root of `a`, made of an estimate of it that is at most 3 units in the last place off
-/// (what SYCL asks of a device): a Newton step, then Tuckerman's test of the neighbours. The residuals are exact in
-/// sign, because fma rounds once (Markstein, Computation of elementary functions on the IBM RISC System/6000, 1990).
+/// The correctly rounded square root of `a`, from an estimate at most 3 units in the last place off (what SYCL demands
+/// of a device): a Newton step, then Tuckerman's test of the neighbours. The signs of the residuals are exact, because
+/// fma rounds once (Markstein, Computation of elementary functions on the IBM RISC System/6000, 1990).
 template <class Estimate>
 FATHOM_HD float correctly_rounded_sqrt(float a, Estimate estimate) {
   if (!(a > 0.0f && a < std::numeric_limits<float>::infinity()))
     return a == 0.0f || a > 0.0f ? a : std::numeric_limits<float>::quiet_NaN();  // ±0, infinity; NaN
-  // Of a tiny one a residual could underflow.
+  // For tiny values a residual could underflow.
   const bool is_tiny = a < 0x1p-96f;
   const float x = is_tiny ? a * 0x1p+64f : a;
   const float s = estimate(x);
-  // 1 / s to one part in 300: enough for what is left of the estimate's error.
+  // 1 / s to one part in 300: enough to correct the estimate's error.
   const float guess = std::bit_cast<float>(0x7ef311c7u - std::bit_cast<std::uint32_t>(s));
   const float reciprocal = guess * (2.0f - s * guess);
   const float root = fma(fma(-s, s, x), 0.5f * reciprocal, s);
@@ -73,7 +73,7 @@ FATHOM_HD float sqrt(float a) {
 #if defined(__CUDA_ARCH__)
   return __fsqrt_rn(a);
 #elif defined(FATHOM_SYCL_SOURCE)
-  // SYCL asks for 3 units in the last place; AdaptiveCpp's is sqrt.approx on NVIDIA.
+  // SYCL demands only 3 units in the last place; AdaptiveCpp uses sqrt.approx on NVIDIA.
   return correctly_rounded_sqrt(a, [](float x) { return std::sqrt(x); });
 #else
   return std::sqrt(a);
@@ -89,14 +89,14 @@ FATHOM_HD_SHORT float abs(float a) {
   return std::fabs(a);
 #endif
 }
-/// The smaller one.
+/// The smaller of two numbers.
 FATHOM_HD_SHORT float min(float a, float b) { return a < b ? a : b; }
-/// The larger one.
+/// The larger of two numbers.
 FATHOM_HD_SHORT float max(float a, float b) { return a > b ? a : b; }
-/// `a`, but at least `lo` and at most `hi`.
+/// `a`, clamped to `lo` … `hi`.
 FATHOM_HD_SHORT float clamp(float a, float lo, float hi) { return min(max(a, lo), hi); }
 
-/// True for every number that is neither infinite nor NaN.
+/// False for infinities and NaN.
 FATHOM_HD_SHORT bool is_finite(float a) { return a - a == 0.0f; }
 
 /// Three numbers: a point, a direction, a velocity.
@@ -138,9 +138,9 @@ FATHOM_HD_SHORT float length(Vec3 a) { return fathom::sqrt(dot(a, a)); }
 FATHOM_HD float distance(Vec3 a, Vec3 b) { return length(a - b); }
 /// Absolute values of the components.
 FATHOM_HD_SHORT Vec3 abs(Vec3 a) { return {fathom::abs(a.x), fathom::abs(a.y), fathom::abs(a.z)}; }
-/// The smaller components.
+/// Component-wise minimum.
 FATHOM_HD_SHORT Vec3 min(Vec3 a, Vec3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
-/// The larger components.
+/// Component-wise maximum.
 FATHOM_HD_SHORT Vec3 max(Vec3 a, Vec3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 /// The largest component.
 FATHOM_HD_SHORT float max_component(Vec3 a) { return max(a.x, max(a.y, a.z)); }
@@ -149,7 +149,7 @@ FATHOM_HD_SHORT float min_component(Vec3 a) { return min(a.x, min(a.y, a.z)); }
 /// Whether all components are finite.
 FATHOM_HD_SHORT bool is_finite(Vec3 a) { return is_finite(a.x) && is_finite(a.y) && is_finite(a.z); }
 
-/// Unit vector along `a`, or `fallback` where `a` is shorter than 1e-18 m.
+/// Unit vector along `a`, or `fallback` if `a` is shorter than 1e-18 m.
 FATHOM_HD Vec3 normalize(Vec3 a, Vec3 fallback = {0, 0, 1}) {
   const float l = length(a);
   return l > 1e-18f ? (1.0f / l) * a : fallback;
@@ -169,7 +169,7 @@ struct Quat {
   float w = 1, x = 0, y = 0, z = 0;
   ///@}
 
-  /// The part (x, y, z).
+  /// The vector part (x, y, z).
   FATHOM_HD Vec3 vector() const { return {x, y, z}; }
 };
 
@@ -186,7 +186,7 @@ FATHOM_HD_SHORT Quat operator*(Quat a, Quat b) {
           a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 
-/// The quaternion scaled to unit length; the identity where it has no direction.
+/// The quaternion scaled to unit length; the identity if it has no direction.
 FATHOM_HD Quat normalize(Quat q) {
   const float l = fathom::sqrt(dot(q, q));
   if (!(l > 1e-18f)) return {};
@@ -210,7 +210,7 @@ struct Mat3 {
   Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
   ///@}
 
-  /// The element in this row and column, counted from 0.
+  /// The element at this row and column, counted from 0.
   FATHOM_HD float operator()(int row, int column) const { return column == 0 ? x[row] : column == 1 ? y[row] : z[row]; }
 };
 
@@ -220,7 +220,7 @@ FATHOM_HD Mat3 operator*(const Mat3& a, const Mat3& b) { return {a * b.x, a * b.
 FATHOM_HD Mat3 operator+(const Mat3& a, const Mat3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 FATHOM_HD Mat3 operator*(float s, const Mat3& a) { return {s * a.x, s * a.y, s * a.z}; }
 /// @endcond
-/// Rows and columns exchanged.
+/// Transpose.
 FATHOM_HD Mat3 transpose(const Mat3& m) {
   return {{m.x.x, m.y.x, m.z.x}, {m.x.y, m.y.y, m.z.y}, {m.x.z, m.y.z, m.z.z}};
 }
@@ -228,7 +228,7 @@ FATHOM_HD Mat3 transpose(const Mat3& m) {
 FATHOM_HD Vec3 transpose_mul(const Mat3& m, Vec3 v) { return {dot(m.x, v), dot(m.y, v), dot(m.z, v)}; }
 /// Determinant.
 FATHOM_HD float determinant(const Mat3& m) { return dot(m.x, cross(m.y, m.z)); }
-/// Inverse by cofactors; all zeros where the determinant is zero.
+/// Inverse by cofactors; all zeros if the determinant is zero.
 FATHOM_HD Mat3 inverse(const Mat3& m) {
   const float det = determinant(m);
   const float s = det != 0.0f ? 1.0f / det : 0.0f;
@@ -263,26 +263,26 @@ FATHOM_HD SymMat3 operator*(float s, const SymMat3& m) {
   return {s * m.xx, s * m.yy, s * m.zz, s * m.xy, s * m.xz, s * m.yz};
 }
 /// @endcond
-/// All nine elements.
+/// As a full matrix.
 FATHOM_HD Mat3 to_matrix(const SymMat3& m) { return {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}}; }
-/// r · m · transpose(r): a tensor turned by a rotation.
+/// r · m · transpose(r): a tensor rotated by r.
 FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {
   const Mat3 rm = r * to_matrix(m);
   const auto element = [&](int i, int j) { return fma(rm.z[i], r.z[j], fma(rm.y[i], r.y[j], rm.x[i] * r.x[j])); };
   return {element(0, 0), element(1, 1), element(2, 2), element(0, 1), element(0, 2), element(1, 2)};
 }
 
-/// Rigid transform: x ↦ rotation·x + position. 32 bytes, so that it is two aligned 16-byte loads.
+/// Rigid transform: x ↦ rotation·x + position. 32 bytes, that is two aligned 16-byte loads.
 struct alignas(16) Pose {
   Vec3 position{};     ///< m
-  float reserved = 0;  ///< belongs to the simulators
+  float reserved = 0;  ///< reserved for the simulators
   Quat rotation{};     ///< unit quaternion
 };
-/// A point of the body's frame in the world.
+/// Transforms a point from the body's frame to the world.
 FATHOM_HD_SHORT Vec3 transform(const Pose& p, Vec3 v) { return rotate(p.rotation, v) + p.position; }
-/// A point of the world in the body's frame.
+/// Transforms a point from the world to the body's frame.
 FATHOM_HD_SHORT Vec3 inverse_transform(const Pose& p, Vec3 v) { return inverse_rotate(p.rotation, v - p.position); }
-/// `b` seen from `a`: inverse(a)·b.
+/// `b` in the frame of `a`: inverse(a)·b.
 FATHOM_HD_SHORT Pose relative(const Pose& a, const Pose& b) {
   return {inverse_rotate(a.rotation, b.position - a.position), 0, conjugate(a.rotation) * b.rotation};
 }
@@ -297,9 +297,9 @@ FATHOM_HD_SHORT bool is_finite(const Pose& p) { return is_finite(p.position) && 
 /// Velocity of a body, in world axes.
 struct alignas(16) Velocity {
   Vec3 linear{};        ///< m/s, of the centre of mass
-  float reserved0 = 0;  ///< belongs to the simulators
+  float reserved0 = 0;  ///< reserved for the simulators
   Vec3 angular{};       ///< rad/s
-  float reserved1 = 0;  ///< belongs to the simulators
+  float reserved1 = 0;  ///< reserved for the simulators
 };
 
 /// Axis-aligned bounding box.
@@ -314,23 +314,23 @@ FATHOM_HD bool overlaps(const Aabb& a, const Aabb& b) {
   return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y && b.lower.y <= a.upper.y &&
          a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
 }
-/// Whether `inner` lies within `outer`.
+/// Whether `outer` contains `inner`.
 FATHOM_HD bool contains(const Aabb& outer, const Aabb& inner) {
   return outer.lower.x <= inner.lower.x && outer.lower.y <= inner.lower.y && outer.lower.z <= inner.lower.z &&
          outer.upper.x >= inner.upper.x && outer.upper.y >= inner.upper.y && outer.upper.z >= inner.upper.z;
 }
 /// The smallest box around both.
 FATHOM_HD Aabb merged(const Aabb& a, const Aabb& b) { return {min(a.lower, b.lower), max(a.upper, b.upper)}; }
-/// The box with a margin (m) on all sides.
+/// The box enlarged by a margin (m) on all sides.
 FATHOM_HD Aabb grown(const Aabb& a, float margin) {
   const Vec3 m{margin, margin, margin};
   return {a.lower - m, a.upper + m};
 }
 /// Its centre.
 FATHOM_HD Vec3 centre(const Aabb& a) { return 0.5f * (a.lower + a.upper); }
-/// Half its edges.
+/// Half its edge lengths.
 FATHOM_HD Vec3 half_extents(const Aabb& a) { return 0.5f * (a.upper - a.lower); }
-/// Its surface (m²).
+/// Its surface area (m²).
 FATHOM_HD float surface_area(const Aabb& a) {
   const Vec3 e = a.upper - a.lower;
   return 2.0f * (e.x * e.y + e.y * e.z + e.z * e.x);

@@ -1,4 +1,4 @@
-// Surfaces of triangles for fixed and kinematic bodies: triangle meshes and height fields.
+// Triangle surfaces for fixed and kinematic bodies: meshes and height fields.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace fathom {
 /// One triangle of a surface.
 struct Triangle {
   Vec3 corners[3];                 ///< m, in the surface's frame; counter-clockwise seen from outside
-  std::uint32_t vertices[3] = {};  ///< what the corners are called; triangles that share one call it the same
+  std::uint32_t vertices[3] = {};  ///< ids of the corners; triangles that share a vertex share its id
 };
 
 /// Receives the triangles along a path.
@@ -28,8 +28,8 @@ class TriangleVisitor {
   ~TriangleVisitor() = default;
 };
 
-/// What meshes and height fields have in common. Immutable; bodies share it. Triangles are solid on the side that their
-/// normals point away from: bodies collide with the outside alone.
+/// Common base of meshes and height fields. Immutable; shared by bodies. Bodies collide only with the side that the
+/// triangles' normals point to; the other side is solid.
 class FATHOM_API Surface {
  public:
   virtual ~Surface() = default;
@@ -40,28 +40,28 @@ class FATHOM_API Surface {
   virtual std::uint32_t triangle_count() const = 0;
   /// False for holes of a height field.
   virtual bool has(std::uint32_t triangle) const = 0;
-  /// Its corners.
+  /// A triangle's corners and their ids.
   virtual Triangle triangle(std::uint32_t triangle) const = 0;
-  /// Appends the triangles whose bounds meet `box` (m, the surface's frame), in an order of the surface's own.
+  /// Appends the triangles whose bounds meet `box` (m, the surface's frame), in an order of the surface's choice.
   virtual void find(const Aabb& box, std::vector<std::uint32_t>& found) const = 0;
-  /// Shows the visitor the triangles whose bounds a box meets as it moves: half its extents, where its centre begins,
-  /// and the translation (m, the surface's frame). Nearer ones come roughly first; rounding adds some and omits none.
+  /// Visits the triangles whose bounds a moving box meets, given by its start centre, half extents and translation (m,
+  /// the surface's frame). Nearer triangles roughly come first; rounding may add some but omits none.
   virtual void find_along(Vec3 centre, Vec3 half, Vec3 translation, TriangleVisitor& visitor) const = 0;
-  /// What it occupies.
+  /// Memory in use.
   virtual std::size_t memory_bytes() const = 0;
 
  protected:
   Aabb bounds_{};  ///< see `bounds`
 };
 
-/// Triangles in any arrangement. At most 40 bytes per triangle where vertices are shared.
+/// An arbitrary set of triangles. At most 40 bytes per triangle if vertices are shared.
 class FATHOM_API TriangleMesh final : public Surface {
  public:
   using Node = BoxTreeNode;  ///< of the tree over its triangles
 
-  /// m, in the mesh's frame; vertices at equal positions are one.
+  /// m, in the mesh's frame; vertices at equal positions are merged.
   std::span<const Vec3> vertices() const { return vertices_; }
-  /// Three vertices per triangle, ordered by where triangles lie: not in the order in which they were given.
+  /// Three vertices per triangle. Triangles are sorted in space, not in the order given.
   std::span<const std::uint32_t> indices() const { return indices_; }
 
   std::uint32_t triangle_count() const override { return static_cast<std::uint32_t>(indices_.size() / 3); }
@@ -79,27 +79,27 @@ class FATHOM_API TriangleMesh final : public Surface {
   std::vector<Node> nodes_;
 };
 
-/// What a height field is made from. Samples lie on a grid in the plane z = 0 of the surface's frame, the first one in
-/// its origin; sample (i, j) is at x = i · cell.x, y = j · cell.y and number j · columns + i.
+/// What a height field is created from. Samples lie on a grid in the plane z = 0 of the surface's frame, the first at
+/// its origin; sample (i, j) is at x = i · cell_x, y = j · cell_y and has the index j · columns + i.
 struct HeightFieldDef {
   std::uint32_t columns = 0;       ///< samples along x, at least 2
   std::uint32_t rows = 0;          ///< samples along y, at least 2
   float cell_x = 1;                ///< m between samples along x, > 0
   float cell_y = 1;                ///< m between samples along y, > 0
-  std::span<const float> heights;  ///< m, columns · rows of them
-  /// Whether cell (i, j), number j · (columns − 1) + i, is a hole. Empty: there are none.
+  std::span<const float> heights;  ///< m, columns · rows values
+  /// Whether cell (i, j), index j · (columns − 1) + i, is a hole. Empty: no holes.
   std::span<const bool> holes = {};
 };
 
-/// Heights over a grid, two triangles per cell, solid below. Some 2 bytes per triangle.
+/// Heights over a grid, two triangles per cell, solid below. About 2 bytes per triangle.
 class FATHOM_API HeightField final : public Surface {
  public:
   std::uint32_t columns() const { return columns_; }           ///< samples along x
   std::uint32_t rows() const { return rows_; }                 ///< samples along y
   float cell_x() const { return cell_x_; }                     ///< m between samples along x
   float cell_y() const { return cell_y_; }                     ///< m between samples along y
-  std::span<const float> heights() const { return heights_; }  ///< m, along x first
-  /// Whether a cell, number j · (columns − 1) + i, has no ground.
+  std::span<const float> heights() const { return heights_; }  ///< m, rows along x
+  /// Whether a cell, index j · (columns − 1) + i, has no ground.
   bool is_hole(std::uint32_t cell) const { return !holes_.empty() && (holes_[cell / 64] >> cell % 64 & 1) != 0; }
 
   std::uint32_t triangle_count() const override { return 2 * (columns_ - 1) * (rows_ - 1); }
@@ -121,15 +121,14 @@ class FATHOM_API HeightField final : public Surface {
 };
 
 /// Triangle mesh for fixed and kinematic bodies: `indices` has three vertices per triangle, counter-clockwise seen from
-/// outside. Vertices at equal positions become one, so that bodies do not catch on the seam between their triangles;
-/// triangles without area are left out. It need not be closed, nor manifold. The body's frame is the vertices' own: no
-/// centre of mass is computed. Throws `Error{invalid_argument}` on coordinates that are not finite or beyond 10⁶ m, on
-/// indices out of range or not in threes, and `Error{degenerate_shape}` where no triangle is left.
+/// outside. Vertices at equal positions are merged, so that bodies do not catch on the edges between their triangles;
+/// triangles without area are dropped. The mesh need be neither closed nor manifold. The body's frame is the vertices'
+/// own: no centre of mass is computed. Throws `Error{invalid_argument}` for coordinates that are not finite or beyond
+/// 10⁶ m and for indices out of range or not in threes, and `Error{degenerate_shape}` if no triangle is left.
 FATHOM_API Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
 
-/// Height field for fixed and kinematic bodies. Throws `Error{invalid_argument}` on fewer than 2 × 2 samples, more than
-/// 2³⁰ of them, spans of another size, cells that are not larger than zero, and heights that are not finite or beyond
-/// 10⁶ m.
+/// Height field for fixed and kinematic bodies. Throws `Error{invalid_argument}` for fewer than 2 × 2 or more than 2³⁰
+/// samples, spans of the wrong size, cell sizes that are not positive, and heights that are not finite or beyond 10⁶ m.
 FATHOM_API Shape height_field(const HeightFieldDef& def);
 
 }  // namespace fathom

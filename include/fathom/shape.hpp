@@ -15,15 +15,15 @@ class Compound;
 class Hull;
 class Surface;
 
-/// What kind of shape it is.
+/// Kinds of shape.
 enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh, height_field, compound };
 
-/// A convex shape or a compound of such shapes, centred at its centre of mass, or a surface of triangles for bodies
-/// that are not dynamic. Cheap to copy; hulls, surfaces and compounds are shared and immutable. Made by `sphere`,
+/// A convex shape or a compound of such shapes, centred at its centre of mass, or a triangle surface for bodies that
+/// are not dynamic. Cheap to copy; hulls, surfaces and compounds are shared and immutable. Created by `sphere`,
 /// `capsule`, `box`, `hull`, `cylinder` and `cone`, by `compound` (compound.hpp), and by `mesh` and `height_field`
 /// (mesh.hpp), which check their arguments.
 struct Shape {
-  ShapeType type = ShapeType::box;             ///< says which of the other fields count
+  ShapeType type = ShapeType::box;             ///< which of the other fields count
   float radius = 0;                            ///< sphere, capsule (m)
   Vec3 half_extents{0, 0, 0};                  ///< box (m); capsule: (0, 0, half the length of its segment)
   std::shared_ptr<const Hull> hull{};          ///< hull
@@ -36,8 +36,8 @@ struct Shape {
   bool is_convex() const { return !is_surface() && type != ShapeType::compound; }
 };
 
-// Each of these throws `Error{invalid_argument}` on a value that is out of range or not finite and
-// `Error{degenerate_shape}` on a volume that single precision cannot hold.
+// Each of these throws `Error{invalid_argument}` for a value that is out of range or not finite and
+// `Error{degenerate_shape}` for a volume that single precision cannot hold.
 
 /// Sphere of radius `radius` > 0 (m).
 FATHOM_API Shape sphere(float radius);
@@ -45,20 +45,20 @@ FATHOM_API Shape sphere(float radius);
 FATHOM_API Shape capsule(float radius, float half_length);
 /// Box with the given half extents, each > 0 and at least a millionth of the largest (m).
 FATHOM_API Shape box(Vec3 half_extents);
-/// Convex hull of a point cloud (m). The hull is moved so that its centre of mass is the origin;
-/// `Hull::offset` tells by how much. Coplanar triangles become one polygon; what differs by less than a few
-/// roundings of the largest coordinate (about 10⁻⁶ of it) counts as equal. Also throws `Error{degenerate_shape}`
-/// where the points span no volume (fewer than 4, coincident, collinear or coplanar) and where the hull would
-/// exceed 255 vertices, 255 faces or 1,024 half-edges, naming the remedy.
+/// Convex hull of a point cloud (m). The hull is shifted so that its centre of mass is the origin; `Hull::offset` is
+/// the shift. Coplanar triangles are merged into one polygon; differences of less than a few roundings of the largest
+/// coordinate (about 10⁻⁶ of it) are ignored. Also throws `Error{degenerate_shape}` if the points span no volume (fewer
+/// than 4, coincident, collinear or coplanar) or the hull would exceed 255 vertices, 255 faces or 1,024 half-edges,
+/// naming the remedy.
 FATHOM_API Shape hull(std::span<const Vec3> points);
-/// Cylinder along z, `half_height` up and down from its centre (m, each > 0): a hull, a prism whose cross-section is a
-/// regular polygon with as many `sides` (3 to 127) as large as the circle. So its mass is the cylinder's, and with 32
-/// sides its surface is within 0.4 % of the radius. It rests on its faces, and on slopes of less than π/`sides` (6°
-/// with 32) it does not roll by itself; a `capsule` does on every slope.
+/// Cylinder along z, `half_height` up and down from its centre (m, each > 0): a hull, namely a prism whose
+/// cross-section is a regular polygon with `sides` (3 to 127) sides and the circle's area. So its mass is the
+/// cylinder's, and with 32 sides its surface is within 0.4 % of the radius. It rests on its faces and does not start to
+/// roll on slopes of less than π/`sides` (6° with 32); a `capsule` rolls on every slope.
 FATHOM_API Shape cylinder(float radius, float half_height, int sides = 32);
-/// Cone along z, `height` from its base to its tip (m, each > 0), or a frustum where `top_radius` (m, not negative) is
-/// given: a hull with cross-sections like those of `cylinder`. The origin is its centre of mass, a quarter of its
-/// height above the base of a cone; `Hull::offset` is that from halfway up.
+/// Cone along z, `height` from its base to its tip (m, each > 0), or a frustum if `top_radius` (m, not negative) is
+/// given: a hull with cross-sections like those of `cylinder`. The origin is its centre of mass, for a cone a quarter
+/// of its height above the base; `Hull::offset` is the position of that relative to half height.
 FATHOM_API Shape cone(float radius, float height, float top_radius = 0, int sides = 32);
 
 /// Mass (kg) and rotational inertia about the centre of mass (kg·m²).
@@ -66,16 +66,16 @@ struct MassProperties {
   float mass = 0;           ///< kg
   SymMat3 inertia;          ///< in the body's axes
   Vec3 principal_moments;   ///< ascending eigenvalues of `inertia`
-  Quat principal_rotation;  ///< turns principal axes into the body's axes
+  Quat principal_rotation;  ///< rotates principal axes to the body's axes
 };
 
-/// Volume (m³) of the shape; 0 of a surface.
+/// Volume of the shape (m³); 0 for a surface.
 FATHOM_API float volume(const Shape& shape);
 /// Exact mass properties of a solid of uniform density with the total mass `mass` > 0 (kg). Throws
-/// `Error{invalid_argument}` on any other mass, and on a surface, which has none.
+/// `Error{invalid_argument}` for any other mass, and for a surface, which has none.
 FATHOM_API MassProperties mass_properties(const Shape& shape, float mass);
 
-/// A convex polyhedron as half-edges; read it to draw it. Built by `hull`.
+/// A convex polyhedron as half-edges, readable for drawing. Built by `hull`.
 class FATHOM_API Hull {
  public:
   /// The plane of a face.
@@ -83,8 +83,8 @@ class FATHOM_API Hull {
     Vec3 normal;       ///< outward unit normal
     float offset = 0;  ///< dot(normal, point) of the face's points
   };
-  /// Half-edges of a face run counter-clockwise seen from outside. Twins are neighbours: the twin of
-  /// edge e is e ^ 1, so that the undirected edges are the pairs (2k, 2k + 1).
+  /// The half-edges of a face run counter-clockwise seen from outside. Twins are neighbours: the twin of edge e is e ^
+  /// 1, so that the undirected edges are the pairs (2k, 2k + 1).
   struct HalfEdge {
     std::uint16_t next = 0;   ///< the next half-edge of the face
     std::uint8_t origin = 0;  ///< the vertex it leaves
@@ -106,13 +106,13 @@ class FATHOM_API Hull {
   std::span<const std::uint16_t> face_edges() const { return face_edges_; }
   /// For each vertex the first half-edge that leaves it.
   std::span<const std::uint16_t> vertex_edges() const { return vertex_edges_; }
-  /// The vertices again, by eights; the last eight are filled up with the first one.
+  /// The vertices again, in eights; the last eight are padded with the first vertex.
   std::span<const Eight> vertex_eights() const { return vertex_eights_; }
-  /// The planes again, by eights.
+  /// The planes again, in eights.
   std::span<const Eight> plane_eights() const { return plane_eights_; }
-  /// Centre of mass in the coordinates of the points the hull was built from.
+  /// Centre of mass in the coordinates of the original points.
   Vec3 offset() const { return offset_; }
-  /// m³.
+  /// Volume (m³).
   float volume() const { return volume_; }
   /// Inertia about the centre of mass for unit mass (m²).
   const SymMat3& unit_inertia() const { return unit_inertia_; }

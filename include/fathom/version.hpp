@@ -1,4 +1,4 @@
-// Which Fathom this is: of the headers at compile time, and of the library that a program runs with.
+// The version of Fathom: of the headers at compile time, and of the library that a program runs with.
 #pragma once
 
 #include <fathom/export.hpp>
@@ -12,19 +12,19 @@
 
 namespace fathom {
 
-/// How the library was built, and what it uses on this machine. For reports of errors.
+/// How the library was built, and what it uses on this machine. For error reports.
 struct LibraryInfo {
-  int version = 0;            ///< `FATHOM_VERSION` of the library
-  const char* text = "";      ///< the same as "major.minor.patch"
-  const char* compiler = "";  ///< and its version
-  const char* type = "";      ///< CMake's build type
-  const char* linkage = "";   ///< "static" or "shared"
-  int checks = 0;             ///< checks of invariants that are compiled in: 0 none, 1 the cheap ones, 2 all
-  const char* simd = "";  ///< vector instructions of the native simulator that run on this processor, e.g. "AVX-512"
-  const char* back_ends = "";  ///< of the device simulator that are compiled in: "host", "host cuda", …
+  int version = 0;             ///< `FATHOM_VERSION` of the library
+  const char* text = "";       ///< the same as "major.minor.patch"
+  const char* compiler = "";   ///< with its version
+  const char* type = "";       ///< CMake's build type
+  const char* linkage = "";    ///< "static" or "shared"
+  int checks = 0;              ///< compiled-in checks of invariants: 0 none, 1 the cheap ones, 2 all
+  const char* simd = "";       ///< the native simulator's vector instructions on this processor, e.g. "AVX-512"
+  const char* back_ends = "";  ///< compiled-in back ends of the device simulator: "host", "host cuda", …
 };
 
-/// Throws nothing, and needs no world.
+/// Never throws, and needs no world.
 FATHOM_API LibraryInfo library_info();
 
 }  // namespace fathom
