@@ -1,4 +1,4 @@
-// A vehicle that hovers above a pile of crates: an application on the engine.
+// A vehicle hovering above a pile of crates: an application on the engine.
 //   hover [steps] [key=value …]      e.g. hover 600 simulator.mode=async loop.time=wall
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 using namespace fathom;
 using namespace fathom::engine;
 
-// Thrusters hold the vehicle at a depth that an action may change.
+// Thrusters hold the vehicle at a height that an action can change.
 class Vehicle final : public Entity {
  public:
   void created(Engine& engine, EntityDef& def) override {

@@ -12,10 +12,10 @@
 using namespace fathom;
 
 constexpr float radius = 0.3f, half_length = 0.6f;  // m
-constexpr float skin = 0.01f;                       // m that it keeps from everything
+constexpr float skin = 0.01f;                       // m, the gap it keeps to everything
 constexpr float step_height = 0.35f;                // m
 constexpr float max_push = 250;                     // N
-constexpr float min_ground_z = 0.7f;                // of a normal: slopes up to 45 degrees
+constexpr float min_ground_z = 0.7f;                // of the ground's normal: slopes up to 45 degrees
 
 class Character {
  public:
@@ -24,19 +24,19 @@ class Character {
     others_.ignored = {body_};
   }
 
-  // Walks for one step with this velocity (m/s, horizontal); then the world must step.
+  // Walks at this velocity (m/s, horizontal) for one step; the world must step next.
   void walk(Vec3 velocity) {
     const float dt = world_.definition().dt;
     fall_speed_ = is_on_ground_ ? 0 : fall_speed_ + 9.81f * dt;
     const Vec3 way = dt * velocity;
     push(way);
     const Vec3 along = slide(position_, way);
-    // Over a step: up, along, and down again; where that leads farther, and to ground it can stand on.
+    // Up, along and down again, to climb a step: if that leads farther, and to ground it can stand on.
     const Vec3 raised = advance(position_, {0, 0, step_height});
     const Vec3 over = slide(raised, way);
     const float gained = dot(over - along, way);
     position_ = is_on_ground_ && gained > 1e-6f && stands_below(over, raised.z - position_.z + skin) ? over : along;
-    // Down steps and slopes it stays on the ground.
+    // It stays on the ground when going down steps and slopes.
     const float down = is_on_ground_ ? step_height + (position_.z - along.z) : fall_speed_ * dt;
     const auto hit = cast(position_, {0, 0, -down - skin});
     is_on_ground_ = hit && can_stand_on(*hit);
@@ -50,7 +50,7 @@ class Character {
   Vec3 feet() const { return position_ - Vec3{0, 0, radius + half_length + skin}; }
 
  private:
-  // Leans against a body in its way.
+  // Pushes against a body in its way.
   void push(Vec3 way) {
     const auto hit = cast(position_, way + 2 * skin * normalized(way));
     if (hit && world_.motion(hit->body) == MotionType::dynamic)
@@ -60,8 +60,8 @@ class Character {
     if (length_squared(translation) < 1e-12f) return {};
     return world_.cast_shape(shape_, {.position = from}, translation, others_);
   }
-  // Whether it can stand on what it has met. At the edge of a step the normal is the capsule's; what lies behind the
-  // edge decides.
+  // Whether it can stand on what it has hit. At the edge of a step the normal is that of the capsule; the surface
+  // behind the edge decides.
   bool can_stand_on(const CastHit& hit) const {
     if (hit.normal.z >= min_ground_z) return true;
     if (hit.normal.z <= 0.01f) return false;
@@ -73,7 +73,7 @@ class Character {
     const auto hit = cast(from, {0, 0, -down});
     return hit && can_stand_on(*hit) && hit->point.z < feet().z + step_height;
   }
-  // Where a straight way from there ends, a skin before the first obstacle.
+  // End of a straight move, a skin before the first obstacle.
   Vec3 advance(Vec3 from, Vec3 way) const {
     const auto hit = cast(from, way);
     if (!hit) return from + way;
@@ -81,7 +81,7 @@ class Character {
     const float kept = closing > 0 ? skin / std::max(closing, 0.1f) : 0;
     return from + (std::max(0.0f, hit->fraction * total - kept) / total) * way;
   }
-  // Where a way ends that goes on along what it meets, up to three planes of it.
+  // End of a move that slides along obstacles, up to three planes of them.
   Vec3 slide(Vec3 from, Vec3 way) const {
     Vec3 met[3];
     for (int count = 0; count < 3; ++count) {
@@ -124,14 +124,14 @@ int main(int argc, char** argv) try {
     return Quat{std::cos(0.5f * angle), std::sin(0.5f * angle) * axis.x, std::sin(0.5f * angle) * axis.y,
                 std::sin(0.5f * angle) * axis.z};
   };
-  add({18, 0, 1}, {0.1f, 4, 1}, turned({0, 0, 1}, 0.7f));    // a wall that its way meets at an angle
+  add({18, 0, 1}, {0.1f, 4, 1}, turned({0, 0, 1}, 0.7f));    // a wall in its way, at an angle
   add({24, 0, 0}, {4, 10, 0.5f}, turned({0, 1, 0}, -0.4f));  // a ramp, 23 degrees
   const BodyId crate = world.add({.pose = {.position = {14, 0, 0.3f}}, .shape = box({0.3f, 0.3f, 0.3f}), .mass = 20});
 
   Character character(world, {0, 0, 0});
   float top = 0, push = 0;
   for (int i = 0; i < 60 * 12; ++i) {
-    // Past the crate, which it would else push against the wall.
+    // Around the crate, which it would otherwise push against the wall.
     const bool sidesteps = i >= 380 && i < 416;
     character.walk(sidesteps ? Vec3{0, -2.5f, 0} : Vec3{2.5f, 0, 0});
     world.step();

@@ -1,11 +1,11 @@
-// The simulator that an example's first argument names.
+// Selects the simulator that an example's first argument names.
 #pragma once
 
 #include <fathom/world.hpp>
 #include <string>
 
-/// The defaults on `native`, `device` or `hybrid`; native where nothing is named. Throws `Error{invalid_argument}` on
-/// another name.
+/// A default definition for `native`, `device` or `hybrid`; `native` if no argument is given. Throws
+/// `Error{invalid_argument}` for any other name.
 inline fathom::WorldDef world_definition(int argc, char** argv) {
   const std::string name = argc > 1 ? argv[1] : "native";
   fathom::WorldDef def;

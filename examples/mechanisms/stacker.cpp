@@ -1,4 +1,4 @@
-// An arm of four servos that stacks cubes. Its gripper is a joint that it makes and removes.
+// An arm of four servos that stacks cubes. Its gripper is a joint that is created and removed.
 //   stacker [native|device|hybrid]
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ constexpr float cube = 0.1f;      // m, half an edge
 constexpr float hover = 0.25f;    // m above where a cube is gripped or put down
 constexpr auto twist = JointAxisName::twist;
 
-// Where the gripper is to be, in cylinder coordinates.
+// Target of the gripper in cylindrical coordinates.
 struct Place {
   float angle, radius, height;  // rad, m, m
 };
@@ -44,7 +44,7 @@ class Arm {
     drive();
   }
 
-  // Moves the gripper to a place, pointing down, and waits until it is there.
+  // Moves the gripper, pointing down, to a target and waits until it arrives.
   void go_to(Place place) {
     const float height = place.height + hand - shoulder, reach = std::hypot(place.radius, height);
     const float bend = std::acos(std::clamp(reach * reach / (2 * segment * segment) - 1, -1.0f, 1.0f));

@@ -14,7 +14,7 @@ using namespace fathom;
 
 constexpr float max_steering = 0.6f;  // rad
 
-// Waves up to 1.2 m high and 12 m long, and level ground for the start.
+// Waves up to 1.2 m high and 12 m long, with level ground at the start.
 Shape hills() {
   constexpr std::uint32_t samples = 121;
   std::vector<float> heights;
@@ -46,7 +46,7 @@ class Vehicle {
     }
   }
 
-  // Wheels in front turn towards the point, all four drive.
+  // Steers the front wheels towards the point and drives all four.
   void drive_to(Vec3 point, float speed) {
     const Vec3 ahead = inverse_transform(world_.pose(chassis_), point);
     const float angle = std::clamp(std::atan2(ahead.y, ahead.x), -max_steering, max_steering);
@@ -60,7 +60,7 @@ class Vehicle {
   }
 
   Vec3 position() const { return world_.pose(chassis_).position; }
-  // How far the wheels' springs are from rest at most (m).
+  // Largest deflection of the wheels' springs (m).
   float travel() const {
     float most = 0;
     for (const JointId wheel : wheels_)
@@ -79,7 +79,7 @@ class Vehicle {
 
   World& world_;
   BodyId chassis_;
-  std::array<JointId, 4> wheels_;  // front left and right, then behind
+  std::array<JointId, 4> wheels_;  // front left and right, then rear
 };
 
 int main(int argc, char** argv) try {

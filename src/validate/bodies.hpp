@@ -1,4 +1,4 @@
-// Bodies and measures that several cases share. Sums are in double, so that they measure the engine and not themselves.
+// Bodies and measurements shared by several cases. Sums are in double, so that they measure the engine, not themselves.
 #pragma once
 
 #include <cmath>
@@ -43,14 +43,14 @@ inline void steps(World& world, int count) {
   for (int i = 0; i < count; ++i) world.step();
 }
 
-/// Steps in `seconds` of the world's time.
+/// Number of steps in `seconds` of simulated time.
 inline int step_count(const World& world, double seconds) {
   return static_cast<int>(std::lround(seconds / wide(world.definition().dt)));
 }
 
 inline double speed(const World& world, BodyId id) { return wide(length(world.velocity(id).linear)); }
 
-/// Spin of the body in its own axes, times its inertia (kg·m²/s).
+/// Spin angular momentum in the body's axes (kg·m²/s).
 inline Vec3 body_momentum(const World& world, BodyId id) {
   const Vec3 spin = inverse_rotate(world.pose(id).rotation, world.velocity(id).angular);
   return world.mass_properties(id).inertia * spin;
@@ -68,7 +68,7 @@ inline double kinetic_energy(const World& world, BodyId id) {
   return 0.5 * (wide(world.mass(id)) * square + wide(dot(spin, body_momentum(world, id))));
 }
 
-/// With height above z = 0 in the gravity of the suite.
+/// Kinetic plus potential energy above z = 0 in the suite's gravity.
 inline double energy(const World& world, BodyId id) {
   return kinetic_energy(world, id) + wide(world.mass(id)) * g * wide(world.pose(id).position.z);
 }

@@ -1,4 +1,4 @@
-// All cases, by the file that holds them.
+// All cases, by source file.
 #pragma once
 
 #include "validate/record.hpp"

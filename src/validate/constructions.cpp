@@ -1,4 +1,4 @@
-// Things that people build: houses of cards, arches, rows of dominoes, towers of crossed blocks, tops.
+// Constructions that people build: houses of cards, arches, rows of dominoes, towers of crossed blocks, tops.
 #include <cmath>
 #include <vector>
 
@@ -25,7 +25,7 @@ std::vector<Vec3> positions(const World& world, const std::vector<BodyId>& ids) 
 
 }  // namespace
 
-// Cards of 10 cm lean on each other in pairs of 20°, three storeys with a card between pairs (after Box2D's sample).
+// Cards of 10 cm leaning in pairs at 20°, in three storeys with a card between pairs (after Box2D's sample).
 void card_house(const Setup& setup, Record& record) {
   World world(world_def(setup));
   const Material material{0.7f, 0};
@@ -63,7 +63,7 @@ void card_house(const Setup& setup, Record& record) {
   record.plots.push_back(std::move(plot));
 }
 
-// Fifteen voussoirs in a half circle of 4 m without mortar.
+// Fifteen voussoirs in a semicircle of 4 m without mortar.
 void arch(const Setup& setup, Record& record) {
   World world(world_def(setup));
   const Material material{0.7f, 0};
@@ -89,7 +89,7 @@ void arch(const Setup& setup, Record& record) {
   record.at_most("largest lowering of a stone", lowering(world, ids, start), 0.05, "m");
 }
 
-// A row of 1,000 dominoes falls to its end, at one speed.
+// A row of 1,000 dominoes falls to its end, at constant speed.
 void dominoes(const Setup& setup, Record& record) {
   World world(world_def(setup));
   const Material material{0.4f, 0};
@@ -106,7 +106,7 @@ void dominoes(const Setup& setup, Record& record) {
   int fallen = 0, half_way = 0, step = 0;
   for (; step < 60 * 120 && fallen < count; ++step) {
     world.step();
-    // A domino has gone when its upright axis leans by more than 30°.
+    // A domino counts as fallen when its upright axis leans by more than 30°.
     while (fallen < count && rotate(world.pose(ids[fallen]).rotation, {0, 0, 1}).z < 0.87f) ++fallen;
     if (fallen < count / 2) half_way = step;
     if (step % 10 == 0) curve.add(step / 60.0, fallen);
@@ -117,7 +117,7 @@ void dominoes(const Setup& setup, Record& record) {
   record.plots.push_back(std::move(plot));
 }
 
-// Eighteen layers of three blocks crosswise; then every other layer loses its middle block.
+// Eighteen crosswise layers of three blocks; then every other layer loses its middle block.
 void crossed_tower(const Setup& setup, Record& record) {
   World world(world_def(setup));
   const Material material{0.5f, 0};
@@ -156,7 +156,7 @@ void spinning_top(const Setup& setup, Record& record) {
   BodyDef def;
   def.shape = hull(points);
   def.mass = 1.0f;
-  const float tip = def.shape.hull->offset().z;  // of the centre of mass above the tip
+  const float tip = def.shape.hull->offset().z;  // height of the centre of mass above the tip
   const double lean = 0.1;
   def.pose.rotation = turn_about({1, 0, 0}, lean);
   def.pose.position = rotate(def.pose.rotation, {0, 0, tip});

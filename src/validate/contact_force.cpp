@@ -1,4 +1,4 @@
-// Reported contact impulses: what a body at rest weighs, and what a hit changes.
+// Reported contact impulses: the weight of bodies at rest, and the momentum change of a hit.
 #include <cmath>
 
 #include "validate/bodies.hpp"
@@ -7,7 +7,7 @@
 namespace fathom::validate {
 namespace {
 
-/// Sum of the impulses on a body (N·s, over the step), its contacts' normals turned away from the others.
+/// Sum of the impulses on a body (N·s, over the step); contact normals point towards it.
 Vec3d impulse_on(const World& world, BodyId id) {
   Vec3d sum;
   world.for_each_contact([&](const ContactInfo& contact) {
@@ -43,7 +43,7 @@ void stacked_balls(const Setup& setup, Record& record) {
   record.plots.push_back(std::move(plot));
 }
 
-// What contacts report is what they do: their impulses are the change of momentum less gravity's.
+// Reported impulses equal their effect: the change of momentum minus gravity's.
 void impulse_balance(const Setup& setup, Record& record) {
   World world(world_def(setup));
   world.add(floor_slab());

@@ -6,7 +6,7 @@
 namespace fathom::validate {
 
 std::vector<Vec3d> corners_of(const std::vector<Plane>& planes) {
-  constexpr double rounding = 1e-9;  // m, of stones about a metre large
+  constexpr double rounding = 1e-9;  // m, for stones of about a metre
   std::vector<Vec3d> corners;
   for (std::size_t i = 0; i < planes.size(); ++i)
     for (std::size_t j = i + 1; j < planes.size(); ++j)

@@ -1,4 +1,5 @@
-// Stones cut by planes, in double precision, so that neighbours that share a plane match to a rounding of their poses.
+// Stones cut by planes, in double precision, so that neighbours sharing a plane match up to the rounding of their
+// poses.
 #pragma once
 
 #include <fathom/body.hpp>
@@ -17,11 +18,11 @@ struct Plane {
   Plane opposite() const { return {-1.0 * normal, -offset}; }
 };
 
-/// The corners of what all half spaces have in common, which must be bounded.
+/// The corners of the intersection of all half spaces, which must be bounded.
 std::vector<Vec3d> corners_of(const std::vector<Plane>& planes);
 
-/// A dynamic body of the default density: the convex hull of `corners`, placed where they are. `inside` is a point near
-/// them, about which the hull is built to lose few digits.
+/// A dynamic body of default density: the convex hull of `corners`, placed where they are. `inside` is a point near
+/// them; building the hull relative to it loses few digits.
 BodyDef stone_of(const std::vector<Vec3d>& corners, Vec3d inside, const Material& material);
 
 }  // namespace fathom::validate

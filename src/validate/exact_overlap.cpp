@@ -12,7 +12,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Unit normal of a polygon by Newell's sums, which no three nearly collinear corners spoil (Sutherland et al. 1974).
+/// Unit normal of a polygon by Newell's sums, which nearly collinear corners do not spoil (Sutherland et al. 1974).
 Vec3d polygon_normal(const std::vector<Vec3d>& corners, const std::vector<int>& polygon) {
   Vec3d sum;
   const Vec3d about = corners[static_cast<std::size_t>(polygon[0])];
@@ -35,13 +35,13 @@ Vec3d nearest_on_segment(Vec3d p, Vec3d a, Vec3d b) {
 
 double distance_to_segment(Vec3d p, Vec3d a, Vec3d b) { return length(p - nearest_on_segment(p, a, b)); }
 
-/// Between segments: where the lines' nearest points lie within both, their distance, else that of an end.
+/// Distance of two segments: that of the lines if their nearest points lie within both, else that of an end.
 double segment_distance(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
   double least = std::min({distance_to_segment(a, c, d), distance_to_segment(b, c, d), distance_to_segment(c, a, b),
                            distance_to_segment(d, a, b)});
   const Vec3d u = b - a, v = d - c, w = c - a;
   const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), det = uu * vv - uv * uv;
-  if (det > 1e-14 * uu * vv) {  // else parallel: an end is among the nearest
+  if (det > 1e-14 * uu * vv) {  // otherwise parallel: an end is among the nearest points
     const double s = (dot(u, w) * vv - dot(v, w) * uv) / det, t = (dot(u, w) * uv - dot(v, w) * uu) / det;
     if (s >= 0 && s <= 1 && t >= 0 && t <= 1) least = std::min(least, length(a + s * u - (c + t * v)));
   }
@@ -50,7 +50,7 @@ double segment_distance(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
 
 Vec3d corner(const Solid& solid, int i) { return solid.corners[static_cast<std::size_t>(i)]; }
 
-/// How far the cores reach past each other along a unit direction from a to b; negative where they are apart.
+/// How far the cores extend past each other along a unit direction from a to b; negative if they are apart.
 double overlap_along(const Solid& a, const Solid& b, Vec3d direction) {
   double a_end = -infinite, b_begin = infinite;
   for (const Vec3d& p : a.corners) a_end = std::max(a_end, dot(p, direction));
@@ -58,15 +58,15 @@ double overlap_along(const Solid& a, const Solid& b, Vec3d direction) {
   return a_end - b_begin;
 }
 
-/// Of two cores, at least one of them a polyhedron: the least overlap along any direction that can be a face of their
-/// Minkowski difference, which is their penetration depth; negative where they are apart (Gottschalk 1996).
+/// Penetration depth of two cores, at least one of them a polyhedron: the least overlap along any direction that can be
+/// a face normal of their Minkowski difference; negative if they are apart (Gottschalk 1996).
 double core_overlap(const Solid& a, const Solid& b) {
   double least = infinite;
   const auto try_direction = [&](Vec3d direction) { least = std::min(least, overlap_along(a, b, direction)); };
   for (const Solid::Face& face : a.faces) try_direction(face.normal);
   for (const Solid::Face& face : b.faces) try_direction(-1.0 * face.normal);
   if (least < 0) return least;
-  // A point or segment in a triangle's plane is beside it along that plane, if at all.
+  // A point or segment in a triangle's plane can only be separated from it along that plane.
   for (const Solid* flat : {&a, &b})
     if (flat->faces.size() == 2)
       for (const Solid* edged : {&a, &b})
@@ -82,7 +82,7 @@ double core_overlap(const Solid& a, const Solid& b) {
     for (const auto& [k, l] : b.edges) {
       const Vec3d u = corner(a, j) - corner(a, i), v = corner(b, l) - corner(b, k), n = cross(u, v);
       const double sine = length(n);
-      if (!(sine > 1e-9 * length(u) * length(v))) continue;  // parallel: the faces' normals have said it
+      if (!(sine > 1e-9 * length(u) * length(v))) continue;  // parallel: covered by the face normals
       try_direction(1 / sine * n);
       try_direction(-1 / sine * n);
       if (least < 0) return least;
@@ -103,7 +103,7 @@ double distance_to_face(const Solid& solid, const Solid::Face& face, Vec3d p) {
   return is_over ? std::abs(height) : least;
 }
 
-/// Distance of a point or segment outside a polyhedron from it: from a face to an end, or from edge to segment.
+/// Distance of a point or segment from a polyhedron that it is outside of: face to end point, or edge to segment.
 double distance_outside(const Solid& round, const Solid& polyhedron) {
   double least = infinite;
   for (const Solid::Face& face : polyhedron.faces)

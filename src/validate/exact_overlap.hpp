@@ -1,4 +1,4 @@
-// How deep two convex shapes overlap, slow and exact: in double precision, by brute force over all features, and
+// How deeply two convex shapes overlap, slow and exact: in double precision, by brute force over all features, and
 // without a line of the engine's own collision detection, which it judges.
 #pragma once
 
@@ -17,8 +17,8 @@ struct Solid {
     std::vector<int> corners;  ///< counter-clockwise seen from outside
   };
   std::vector<Vec3d> corners;
-  std::vector<Face> faces;                 ///< none of points and segments
-  std::vector<std::pair<int, int>> edges;  ///< none of points
+  std::vector<Face> faces;                 ///< empty for points and segments
+  std::vector<std::pair<int, int>> edges;  ///< empty for points
   double radius = 0;
   Vec3d lower, upper;  ///< bounds
 
@@ -30,7 +30,7 @@ struct Solid {
   void find_bounds();
 };
 
-/// The least distance (m) by which one must move so that they do not overlap; 0 where they do not.
+/// The least distance (m) by which one must move so that they do not overlap; 0 if they are apart.
 double overlap_depth(const Solid& a, const Solid& b);
 
 }  // namespace fathom::validate

@@ -11,12 +11,12 @@ namespace {
 /// Twice the area of the triangle a, b, p as seen from above.
 double twice_area(Vec3d a, Vec3d b, Vec3d p) { return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x); }
 
-/// Height of the triangle at the point's x and y, if it is there.
+/// Height of the triangle at the point's x and y, if they are within it.
 std::optional<double> height_at(const Triangle& triangle, Vec3d p) {
   const Vec3d a = to_double(triangle.corners[0]), b = to_double(triangle.corners[1]),
               c = to_double(triangle.corners[2]);
   const double whole = twice_area(a, b, c);
-  if (!(whole > 0)) return {};  // upright
+  if (!(whole > 0)) return {};  // vertical
   const double of_a = twice_area(b, c, p) / whole, of_b = twice_area(c, a, p) / whole, of_c = 1 - of_a - of_b;
   if (std::min({of_a, of_b, of_c}) < -1e-9) return {};
   return of_a * a.z + of_b * b.z + of_c * c.z;

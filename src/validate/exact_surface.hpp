@@ -1,4 +1,4 @@
-// What lies in or below a surface of triangles, slow and exact, without a line of the engine's own collision detection.
+// What lies in or below a triangle surface, slow and exact, without a line of the engine's own collision detection.
 #pragma once
 
 #include <fathom/mesh.hpp>
@@ -10,16 +10,16 @@
 
 namespace fathom::validate {
 
-/// How deep each of the solids is in the placed surface (m): of all triangles the largest of the least ways out.
+/// Depth of each solid in the placed surface (m): over all triangles, the largest of the least separating distances.
 std::vector<double> depths_in(const Surface& surface, const Pose& pose, std::span<const Solid> solids);
 
-/// Ground that nowhere hangs over: heights over its triangles.
+/// Ground without overhangs: heights above its triangles.
 class Ground {
  public:
   explicit Ground(const Surface& surface);
 
-  /// How far (m) the point is above the triangle below or above it, along z of the surface placed there. None beside
-  /// the surface and in holes.
+  /// Height (m) of the point above the triangle below or above it, along z of the placed surface. None beside the
+  /// surface and in holes.
   std::optional<double> height_over(const Pose& pose, Vec3d point) const;
 
  private:

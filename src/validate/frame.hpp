@@ -8,7 +8,7 @@
 
 namespace fathom::validate {
 
-/// The columns of the rotation, and the origin.
+/// The rotation's columns, and the origin.
 struct Frame {
   Vec3d x, y, z, origin;
 
@@ -21,7 +21,7 @@ struct Frame {
     y = {2 * (a * b - w * c), 1 - 2 * (a * a + c * c), 2 * (b * c + w * a)};
     z = {2 * (a * c + w * b), 2 * (b * c - w * a), 1 - 2 * (a * a + b * b)};
   }
-  /// Into the world, and back.
+  /// To the world, and back.
   Vec3d operator()(Vec3d p) const { return origin + p.x * x + p.y * y + p.z * z; }
   Vec3d local(Vec3d p) const { return {dot(x, p - origin), dot(y, p - origin), dot(z, p - origin)}; }
 };

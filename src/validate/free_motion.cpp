@@ -1,4 +1,4 @@
-// Bodies without forces but gravity, and clouds of them that collide.
+// Bodies under gravity alone, and clouds of them that collide.
 #include <array>
 #include <cmath>
 
@@ -155,7 +155,7 @@ void tennis_racket(const Setup& setup, Record& record) {
     const SymMat3 inertia = world.mass_properties(id).inertia;
     const double exact =
         elliptic_period({wide(inertia.zz), wide(inertia.yy), wide(inertia.xx)}, {0, 6, wide(kick)}) / 2;
-    // Flips are counted where the spin about the middle axis changes its sign, between steps by interpolation.
+    // A flip is a change of sign of the spin about the middle axis, timed by interpolation between steps.
     double first = 0, last = 0, previous = 6;
     int flips = 0;
     for (int i = 1; i <= 60 * 60; ++i) {

@@ -1,4 +1,4 @@
-// Coulomb friction: when bodies begin to slip, how far they slide, how they come to roll and to stand.
+// Coulomb friction: when bodies begin to slip, how far they slide, how they come to roll and to rest.
 #include <cmath>
 
 #include "validate/bodies.hpp"
@@ -61,7 +61,7 @@ void stopping_distance(const Setup& setup, Record& record) {
     double worst = 0, spread = 0;
     for (const float friction : {0.2f, 0.4f, 0.7f}) {
       const double expected = 4 / (2 * wide(friction) * g);
-      // Velocities change at the ends of substeps: the first one is travelled at full speed or not at all.
+      // Velocities change at the ends of substeps: the first substep is travelled at full speed or not at all.
       const double own = 0.5 * 2 * wide(dt) / 4;
       double least = 1e9, most = 0;
       for (int direction = 0; direction < 12; ++direction) {
@@ -126,7 +126,7 @@ void spinning_box(const Setup& setup, Record& record) {
   Plot plot{"A box spins on the floor", "t (s)", "rad/s", false, false, {}};
   Curve& curve = plot.curves.emplace_back(Curve{"simulated", {}, {}});
   Curve& theory = plot.curves.emplace_back(Curve{"uniform pressure", {}, {}});
-  // The time at which the spin would be zero, from its slope between 90 % and 10 %.
+  // The time at which the spin would reach zero, extrapolated from its slope between 90 % and 10 %.
   double t_high = 0, t_low = 0;
   for (int i = 1; i <= 120; ++i) {
     world.step();

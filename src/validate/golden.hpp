@@ -1,4 +1,4 @@
-// State hashes that every build on every machine must give: the environments after some steps.
+// State hashes that every build on every machine must reproduce: the environments after some steps.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace fathom::validate {
 
 struct Hashes {
   std::uint64_t state = 0;   ///< World::state_hash
-  std::uint64_t events = 0;  ///< of all contacts begun and ended, in their order
+  std::uint64_t events = 0;  ///< of all contacts begun and ended, in order
   friend bool operator==(Hashes, Hashes) = default;
 };
 
@@ -21,7 +21,7 @@ struct Golden {
   int steps;
   Solver solver;
   BroadPhase broad_phase;
-  /// Of the native simulator, and of the device simulator on every back end: they order contacts differently.
+  /// For the native simulator, and for the device simulator on every back end: they order contacts differently.
   Hashes native, device;
 
   const Hashes& of(SimulatorKind simulator) const { return simulator == SimulatorKind::native ? native : device; }
@@ -29,7 +29,7 @@ struct Golden {
 
 std::span<const Golden> goldens();
 
-/// Runs the environment of a golden state from its beginning.
+/// Runs the environment of a golden state from its start.
 Hashes run_golden(const Golden& golden, const Setup& setup);
 
 }  // namespace fathom::validate

@@ -17,11 +17,11 @@
 namespace fathom::validate {
 namespace {
 
-// In units of the heap's time, which are seconds for bodies of up to a metre.
+// In units of the heap's time scale: seconds for bodies of up to a metre.
 constexpr double settled_after = 15, asleep_after = 30, judged_without_rest = 10, compared_for = 2;
-// Longer than simulators leave off looking for structures that are coming down.
+// More steps than simulators wait before they search again for structures after all of them were collapsing.
 constexpr int steps_restored = 20;
-// What bounces at more than half its speed may go on for minutes.
+// Bodies that keep more than half their speed in a bounce may go on for minutes.
 constexpr double max_restitution_at_rest = 0.5;
 
 WorldDef definition(const Heap& heap, const Setup& setup, int threads) {
@@ -32,7 +32,8 @@ WorldDef definition(const Heap& heap, const Setup& setup, int threads) {
   return def;
 }
 
-/// Whether bodies move as their velocities say: of each the way and the sum of its velocities over half a unit of time.
+/// Whether bodies move as their velocities say: compares the displacement of each with the sum of its velocities over
+/// half a time unit.
 class WaysAndVelocities {
  public:
   WaysAndVelocities(const Heap& heap, const World& world, std::span<const BodyId> ids) : bodies_(ids.size()) {
@@ -59,8 +60,8 @@ class WaysAndVelocities {
     }
   }
 
-  /// Most times in a row that a body went less than a tenth of what its velocities told of, more than three times its
-  /// radius. Thin plates under a load tremble by less.
+  /// Longest run of intervals in which a body moved less than a tenth of what its velocities said, which was more than
+  /// three times its radius. Thin plates under a load tremble by less.
   int stuck() const { return stuck_; }
 
  private:
@@ -74,7 +75,7 @@ class WaysAndVelocities {
   int stuck_ = 0;
 };
 
-/// A heap in a world, and what is measured while it falls.
+/// A heap in a world, and measurements while it falls.
 class HeapRun {
  public:
   HeapRun(const Heap& heap, const Setup& setup, int threads)
@@ -113,7 +114,7 @@ class HeapRun {
     return sum;
   }
 
-  /// Over the floor's lowest point (J).
+  /// Above the floor's lowest point (J).
   double potential_energy() const {
     double sum = 0;
     for (std::size_t i = 0; i < mass_.size(); ++i)
@@ -121,8 +122,8 @@ class HeapRun {
     return sum;
   }
 
-  /// Notes who is beyond a wall, the floor or the surface on it by more than `share` of its outer radius. Who once rose
-  /// over the rim may be anywhere.
+  /// Notes the bodies that are beyond a wall, the floor or the surface on it by more than `share` of their outer
+  /// radius. Bodies that ever rose over the rim may be anywhere.
   void look_for_bodies_outside(double share) {
     for (std::size_t i = 0; i < mass_.size(); ++i) {
       if (!is_dynamic(i)) continue;
@@ -134,7 +135,7 @@ class HeapRun {
     }
   }
 
-  /// The worst overlap beside what it may be.
+  /// The worst overlap and its limit.
   struct Overlap {
     double depth = 0, limit = 1;  // m
     std::size_t a = 0, b = 0;     // indices in the scene
@@ -142,7 +143,7 @@ class HeapRun {
     double share() const { return depth / limit; }
   };
   Overlap deepest_overlap() const {
-    std::vector<std::optional<Solid>> solids;  // none of surfaces
+    std::vector<std::optional<Solid>> solids;  // none for surfaces
     for (const BodyId body : instance_.ids()) {
       const Shape& shape = world_.shape(body);
       solids.push_back(shape.is_surface() ? std::nullopt
@@ -159,7 +160,7 @@ class HeapRun {
     return worst;
   }
 
-  /// The same of bodies and the surface that they lie on.
+  /// The same for bodies and the surface that they lie on.
   Overlap deepest_in_surface() const {
     std::vector<std::size_t> indices;
     std::vector<Solid> solids;
@@ -178,7 +179,7 @@ class HeapRun {
     return worst;
   }
 
-  /// The widest gap of a joint beside what it may be, which is `limit_of` the smaller body's outer radius.
+  /// The widest gap of a joint and its limit: `limit_of` the smaller body's outer radius.
   template <class Limit>
   Overlap widest_gap(const Limit& limit_of) const {
     std::vector<Pose> poses;
@@ -192,7 +193,7 @@ class HeapRun {
     return worst;
   }
 
-  /// How far a joint's angle is beyond its limits (rad).
+  /// How far a joint's angle exceeds its limits (rad).
   double farthest_beyond_limits() const {
     double farthest = 0;
     for (const JointId id : world_.joints()) {
@@ -249,8 +250,8 @@ class HeapRun {
     return dot(up, p - to_double(floor.position)) - wide(heap_.floor_half_height);
   }
 
-  /// 2 mm or 2 % of the inner radius. Of bodies thinner than 2 cm 2 mm would be much of the body, so for them it is a
-  /// fifth of the inner radius, a tenth of the thickness.
+  /// 2 mm or 2 % of the inner radius. For bodies thinner than 2 cm, of which 2 mm would be a large part, it is a fifth
+  /// of the inner radius, that is a tenth of the thickness.
   double depth_limit(std::size_t i) const {
     const Shape& shape = world_.shape(id(i));
     const double inner = shape.type == ShapeType::hull  ? wide(shape.hull->inner_radius())
@@ -263,7 +264,7 @@ class HeapRun {
   World world_;
   SceneInstance instance_;
   WaysAndVelocities ways_;
-  std::vector<MassProperties> mass_;  // by index in the scene; without mass what is not dynamic
+  std::vector<MassProperties> mass_;  // by index in the scene; massless unless dynamic
   std::vector<double> outer_;
   std::optional<Ground> ground_;
   std::vector<char> over_rim_, outside_;
@@ -271,7 +272,7 @@ class HeapRun {
   double total_mass_ = 0;
 };
 
-/// A copy of a world, restored from a snapshot, that is to go on as the world does.
+/// A copy of a world, restored from a snapshot, that must continue exactly as the world does.
 class RestoredCopy {
  public:
   RestoredCopy(const Heap& heap, const Setup& setup, const World& world) : world_(definition(heap, setup, 2)) {
@@ -280,7 +281,7 @@ class RestoredCopy {
     world_.restore(snapshot);
   }
 
-  /// `world` has made a step.
+  /// Call after `world` has stepped.
   void step_along(const World& world) {
     if (steps_ == steps_restored) return;
     world_.step();
@@ -361,13 +362,13 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   }
   record.at_most("bodies quarantined or not finite", run.lost(), 0);
   if (run.lost() > 0) return record;
-  // What is at rest is not beyond a surface by its centre; a blow may press it there for a moment.
+  // At rest, no centre may be beyond a surface; an impact may press it there for a moment.
   run.look_for_bodies_outside(rests ? 0 : 1);
   record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known =
       has_joints ? known_of_heaps : "";
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
   record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
-  // A floor that moves drives what is jammed against a wall.
+  // A moving floor drives bodies that are jammed against a wall.
   if (heap.is_at_rest_in_the_end())
     record.at_most("times in a row that a body stayed where it was with a velocity", run.stuck(), 4).known =
         has_joints ? known_of_heaps : "";

@@ -1,4 +1,4 @@
-// What must hold in every random heap, whatever is in it.
+// What must hold in every random heap, whatever its contents.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,12 @@
 
 namespace fathom::validate {
 
-/// Simulates the heap and checks what can be asked of one of its kind. Names of checks are the same for all heaps of a
-/// case. A heap that loses a body is not simulated to its end. Checks that some heaps are known to fail say so
+/// Simulates the heap and checks everything that applies to a heap of its kind. Checks have the same names for all
+/// heaps of a case. The simulation stops when a heap loses a body. Checks that some heaps are known to fail say so
 /// (docs/validation.md counts them).
 Record judge_heap(const Heap& heap, const Setup& setup);
 
-/// The command that shows the heap of that name ("heap", "surface_heap", "joint_heap").
+/// The command that shows a heap of that name ("heap", "surface_heap", "joint_heap").
 std::string view_command(const std::string& name, std::uint64_t seed, const Setup& setup);
 
 }  // namespace fathom::validate

@@ -1,4 +1,4 @@
-// Random heaps, a seed each (scene/heap.hpp): what must hold in every one (heap_checks.hpp).
+// Random heaps, one per seed (scene/heap.hpp): what must hold in every one (heap_checks.hpp).
 #include <cstdio>
 #include <map>
 
@@ -15,7 +15,7 @@ std::string to_line(const Check& check) {
   return text;
 }
 
-/// An error of the engine is a failed check of that seed alone.
+/// An error thrown by the engine fails that seed alone.
 Record judged(const Heap& heap, const Setup& setup) {
   try {
     return judge_heap(heap, setup);

@@ -1,4 +1,4 @@
-// States that no scene should have: they stay where they are and nothing else notices.
+// Extreme states that no scene should have: they stay contained and nothing else is affected.
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr float huge = 3e38f;
 
-/// A pile, and far from it a body that gets `force` before every step.
+/// A pile, and far from it a body on which `force` acts in every step.
 std::vector<Pose> pile_beside(const Setup& setup, bool with_victim, Vec3 force, int& quarantined, bool& victim_finite) {
   World world(world_def(setup));
   world.add(floor_slab());
@@ -75,7 +75,7 @@ void extreme_values(const Setup& setup, Record& record) {
     try {
       world.add(def);
     } catch (const Error&) {
-      // Refused with its reason: as good as surviving it.
+      // Rejected with a reason: as good as surviving it.
     }
   };
   extreme(body(sphere(0.5f), {0, 50, 1}), {1e30f, 0, 0}, {});
@@ -87,7 +87,7 @@ void extreme_values(const Setup& setup, Record& record) {
   extreme(body(sphere(1e-6f), {0, 56, 0.1f}, std::nullopt), {}, {});
   extreme(body(sphere(0.5f), {1e30f, 0, 0}), {}, {});
   extreme(body(capsule(1e-3f, 1e3f), {0, 5000, 5}, std::nullopt), {100, 0, 0}, {0, 100, 100});
-  for (int i = 0; i < 4; ++i) extreme(body(box({0.5f, 0.5f, 0.5f}), {0, 70, 0.5f}), {}, {});  // one in another
+  for (int i = 0; i < 4; ++i) extreme(body(box({0.5f, 0.5f, 0.5f}), {0, 70, 0.5f}), {}, {});  // one inside another
   steps(world, 300);
   double moved = 0;
   for (std::size_t i = 0; i < bystanders.size(); ++i)

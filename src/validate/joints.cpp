@@ -15,7 +15,7 @@ namespace {
 constexpr float link_length = 0.2f;  // m
 const Vec3 link_end{0, 0, 0.5f * link_length};
 
-/// The device's bodies move by their last velocity alone, so its swings are of first order.
+/// Bodies of the device simulator move by their latest velocity alone, so its swings are of first order.
 bool is_of_second_order(const Setup& setup) { return setup.simulator != SimulatorKind::device; }
 const char* const torn_apart = "one in a hundred with loops between light bodies on long arms parts and gains energy";
 
@@ -50,7 +50,7 @@ double total_energy(const World& world) {
   return sum;
 }
 
-/// Links along −z from `top`, which is joined to the first at its centre.
+/// Links along −z from `top`, which is joined to the first link at its centre.
 std::vector<BodyId> add_chain(World& world, BodyId top, int count, float mass) {
   std::vector<BodyId> links;
   const Vec3 from = world.pose(top).position;
@@ -88,9 +88,8 @@ class ExactPendulum {
   double angle_, k_, spin_ = 0;
 };
 
-/// A tree of capsules and balls of random sizes in the air.
-/// With `loops` some bodies are joined once more. They do not touch each other: where they begin in each other, they
-/// could not help it.
+/// A tree of capsules and balls of random sizes in the air. With `loops` some bodies have an extra joint. Bodies do not
+/// collide with each other, because they may overlap at the start.
 void add_random_mechanism(World& world, Random& random, bool loops) {
   const auto number = [&](double low, double high) {
     return narrow(low + (high - low) * (0.5 + random.symmetric(0.5)));
@@ -99,7 +98,7 @@ void add_random_mechanism(World& world, Random& random, bool loops) {
   std::vector<BodyId> ids;
   for (int i = 0; i < count; ++i) {
     const Shape shape = number(0, 1) < 0.5f ? sphere(number(0.05, 0.2)) : capsule(number(0.03, 0.1), number(0.05, 0.2));
-    Vec3 position{0, 0, 8};  // nobody begins below the floor
+    Vec3 position{0, 0, 8};  // no body starts below the floor
     const std::size_t parent = ids.empty() ? 0 : static_cast<std::size_t>(number(0, wide(narrow(i)) - 0.01));
     if (i > 0)
       position = world.pose(ids[parent]).position + Vec3{number(-0.5, 0.5), number(-0.5, 0.5), number(-0.3, 0.5)};
@@ -117,7 +116,7 @@ void add_random_mechanism(World& world, Random& random, bool loops) {
 
 struct Tumble {
   std::uint64_t hash = 0;
-  double gain = 0, gap = 0;  // of the energy at the start; m, at the end
+  double gain = 0, gap = 0;  // fraction of the initial energy; m, at the end
   bool finite = true;
 };
 
@@ -174,10 +173,10 @@ void joint_double_pendulum(const Setup& setup, Record& record) {
     BodyId before = add_post(world, {});
     Vec3 on_before{};
     for (int i = 0; i < 2; ++i) {
-      // A rod, or a small ball a rod's length away.
+      // A rod, or a small ball at the distance of a rod's length.
       BodyDef def = body(rods ? capsule(0.05f, 0.45f) : sphere(0.1f), {narrow(i) + (rods ? 0.5f : 1.0f), 0, 0});
       if (rods) def.pose.rotation = turn_about({0, 1, 0}, 1.5707963);
-      def.filter.mask = 0;  // the second passes the post
+      def.filter.mask = 0;  // so that the second can pass the post
       const BodyId bob = world.add(def);
       world.add_joint(ball_joint(before, bob, on_before, rods ? Vec3{0, 0, -0.5f} : Vec3{-1, 0, 0}));
       before = bob, on_before = rods ? Vec3{0, 0, 0.5f} : Vec3{};
@@ -279,7 +278,7 @@ void joint_mechanisms(const Setup& setup, Record& record) {
 
 namespace {
 
-/// The most energy, of the start's, with the wall `further` (m) away.
+/// The highest energy, as a fraction of the initial one, with the wall `further` (m) away.
 double energy_at_a_wall(const Setup& setup, float further) {
   World world(world_def(setup));
   world.add(floor_slab());
@@ -309,7 +308,7 @@ double energy_at_a_wall(const Setup& setup, float further) {
 
 }  // namespace
 
-// What follows the hit depends on everything, so one wall says little: ten that stand 1 cm apart.
+// The motion after the hit is chaotic, so one wall says little: ten walls, 1 cm apart.
 void joint_wedged(const Setup& setup, Record& record) {
   constexpr int walls = 10;
   int gained = 0;

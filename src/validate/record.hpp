@@ -1,4 +1,4 @@
-// What a case of the suite finds: checks against figures, and the curves and tables that explain them.
+// Findings of a case: checks against limits, and the curves and tables that explain them.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace fathom::validate {
 
-/// A measured value beside the figure it must keep to.
+/// A measured value and the limit it must keep to.
 struct Check {
   std::string name;
   double value = 0;
   double limit = 0;
-  bool at_most = true;  ///< else at least
+  bool at_most = true;  ///< otherwise at least
   std::string unit;
-  std::string known;  ///< why it is known to fail; empty where it must hold
+  std::string known;  ///< why it is known to fail; empty if it must hold
 
-  /// False for values that are not numbers.
+  /// False for NaN.
   bool passed() const { return at_most ? value <= limit : value >= limit; }
 };
 

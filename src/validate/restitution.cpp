@@ -1,4 +1,4 @@
-// Newton's law of restitution: a ball dropped from h rebounds to e²h, and rows of balls pass hits on.
+// Newton's law of restitution: a ball dropped from h rebounds to e²h, and rows of balls transmit hits.
 #include <cmath>
 
 #include "validate/bodies.hpp"
@@ -7,7 +7,7 @@
 namespace fathom::validate {
 namespace {
 
-/// Highest point (m, of the ball's lowest) after the first bounce.
+/// Highest point (m) of the ball's bottom after the first bounce.
 double rebound_height(const Setup& setup, float restitution, float dt, double height) {
   WorldDef def = world_def(setup);
   def.dt = dt;
@@ -55,7 +55,7 @@ void rebound(const Setup& setup, Record& record) {
   record.plots.push_back(std::move(plot));
 }
 
-// Newton's cradle in both its forms: balls that touch, and balls a millimetre apart; the striker meets the row at all
+// Newton's cradle in both forms: balls that touch, and balls a millimetre apart; the moving ball meets the row at all
 // phases of a step.
 void cradle(const Setup& setup, Record& record) {
   double worst = 0;

@@ -1,5 +1,5 @@
-// Nothing catches on the seams of a floor: of a mesh, of tiles that are bodies of their own, of the children of a
-// compound, of meshes side by side. And what sticks out of it still stops.
+// Nothing catches on the seams of a floor: of a mesh, of tiles that are separate bodies, of the children of a compound,
+// of meshes side by side. Obstacles that protrude from it still stop bodies.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr float floor_width = 6, body_size = 0.2f;
 
-/// From (0, 0, 0) on along x and to both sides.
+/// From (0, 0, 0) along x and to both sides.
 Shape flat_mesh(float length, int cells_along, int cells_across) {
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> indices;
@@ -41,7 +41,8 @@ void add_floor(World& world, const Shape& shape, Vec3 position, float friction) 
   world.add(def);
 }
 
-/// Cubes of this edge, their tops at 0, from x = from on; every other row half a tile aside, so that seams meet seams.
+/// Cubes with this edge length, their tops at 0, starting at x = from; every other row is offset by half a tile, so
+/// that seams meet seams.
 template <class Add>
 void for_each_tile(float from, float length, float edge, const Add& add) {
   const int rows = static_cast<int>(std::ceil(length / edge)), across = static_cast<int>(std::ceil(floor_width / edge));
@@ -59,7 +60,7 @@ void add_tiles(World& world, float from, float length, float edge, float frictio
 
 struct Floor {
   const char* name;
-  bool has_parts;  ///< surfaces or compounds, which the device simulator has not
+  bool has_parts;  ///< surfaces or compounds, which the device simulator does not support
   void (*add)(World& world, float length, float friction);
 };
 
@@ -121,11 +122,11 @@ std::vector<Slider> sliders() {
 }
 
 struct Slid {
-  double lost = 0;  ///< part of the speed
-  double off = 0;   ///< m of height
+  double lost = 0;  ///< fraction of the speed
+  double off = 0;   ///< change of height (m)
 };
 
-/// Along the floor, a little askew.
+/// Along the floor, slightly askew.
 Slid slide(const Setup& setup, const Floor& floor, const Slider& slider, float speed, float length) {
   World world(world_def(setup));
   floor.add(world, length + 4, 0);
@@ -157,7 +158,7 @@ std::string text(const char* format, double value) {
   return buffer;
 }
 
-/// A body without friction that comes over tiles meets something that is no seam, 0.4 m ahead of it.
+/// A frictionless body sliding over tiles meets an obstacle that is not a seam, 0.4 m ahead of it.
 double speed_after(const Setup& setup, const Shape& shape, const Shape& obstacle, Vec3 position, float speed = 2) {
   World world(world_def(setup));
   add_tiles(world, 0, 4, 0.5f, 0);
@@ -169,7 +170,7 @@ double speed_after(const Setup& setup, const Shape& shape, const Shape& obstacle
   return wide(world.velocity(id).linear.x);
 }
 
-/// A ball rolls at 2 m/s over tiles: how far aside it gets.
+/// Sideways deviation of a ball that rolls over tiles at 2 m/s.
 double aside(const Setup& setup, float edge, float length) {
   World world(world_def(setup));
   add_tiles(world, 0, length + 4, edge, 0.5f);

@@ -29,7 +29,7 @@ class Chance {
   }
   Quat rotation() { return normalize(Quat{symmetric(1), symmetric(1), symmetric(1), symmetric(1)}); }
 
-  /// Its longest half side is `size` (m), the others down to `thinnest` of it.
+  /// The longest half side is `size` (m), the others are down to `thinnest` of it.
   Shape shape(double size, double thinnest) {
     const auto side = [&] { return narrow(size * log_between(thinnest, 1)); };
     const float longest = narrow(size), x = side(), y = side();
@@ -72,7 +72,7 @@ class Chance {
     return hull(corners);
   }
 
-  /// In the inner part of the body's bounding box, of its middle in world axes (m).
+  /// A point in the inner part of the body's bounding box, from its centre in world axes (m).
   Vec3 point_of(const BodyDef& body) {
     const Vec3 half = body.shape.type == ShapeType::box ? body.shape.half_extents : Vec3{0.1f, 0.1f, 0.1f};
     const Vec3 at{0.8f * half.x * symmetric(1), 0.8f * half.y * symmetric(1), 0.8f * half.z * symmetric(1)};
@@ -84,7 +84,7 @@ class Chance {
   Random random_;
 };
 
-/// How far the body reaches along the unit vector from its origin (m).
+/// Extent of the body along the unit vector from its origin (m).
 double reach(const BodyDef& body, Vec3 along) {
   const Solid solid(body.shape, body.pose);
   const Vec3d n = to_double(along), origin = to_double(body.pose.position);
@@ -110,7 +110,7 @@ double half_thickness(const BodyDef& body) {
   return least;
 }
 
-/// All but where the bullet flies.
+/// Everything but the bullet's path.
 Shot shot_without_aim(Chance& chance) {
   Shot shot;
   shot.dt = 1 / std::vector{30.0f, 60.0f, 120.0f, 240.0f}[static_cast<std::size_t>(chance.below(4))];
@@ -133,7 +133,7 @@ Shot shot_without_aim(Chance& chance) {
   return shot;
 }
 
-/// From `aim` (m, from the target's middle) back along the bullet's way until it is clear of the target.
+/// Starts the bullet clear of the target, back along its path from `aim` (m, from the target's centre).
 void set_start(Shot& shot, Vec3 aim, Chance& chance) {
   const double size = bounding_radius(shot.target) + bounding_radius(shot.bullet) + wide(length(aim));
   const double back = size + shot.path * chance.between(0, 2) + 0.001;
@@ -160,8 +160,8 @@ Pose between(const Pose& a, const Pose& b, float part) {
           normalize(Quat{u * p.w + v * q.w, u * p.x + v * q.x, u * p.y + v * q.y, u * p.z + v * q.z})};
 }
 
-/// Whether a bullet's centre has got from one side of a thin box to the other, and not round its edge. The first pose
-/// is that of the box.
+/// Whether a bullet's centre has passed from one side of a thin box to the other, and not round its edge. The first
+/// pose of each pair is the box's.
 bool goes_through(const Shape& plate, const std::pair<Pose, Pose>& from, const std::pair<Pose, Pose>& to) {
   const Vec3 half = plate.half_extents;
   if (plate.type != ShapeType::box || half.x > 0.1f * min(half.y, half.z)) return false;
@@ -213,7 +213,7 @@ Shot shot_at_free(std::uint64_t seed) {
   shot.thinner = std::min(half_thickness(shot.target), half_thickness(shot.bullet));
   shot.bullet.velocity.linear = speed * along;
   set_start(shot, chance.point_of(shot.target), chance);
-  // It flies with the target, seen from which it is aimed.
+  // It is aimed in the frame of the target and moves along with it.
   shot.bullet.velocity.linear += shot.target.velocity.linear;
   return shot;
 }
@@ -232,7 +232,7 @@ double too_deep(const Shot& shot, const Setup& setup) {
     world.step();
     const Pose now = world.pose(bullet), target_now = world.pose(target);
     look(target_now, now);
-    // What spins fast is at the middle of its way turned in no way that the ends would tell.
+    // For fast spins the rotation half way cannot be inferred from the ends.
     const float spin = max(length(world.velocity(bullet).angular), length(world.velocity(target).angular));
     if (spin * shot.dt < 0.5f) {
       look(between(target_before, target_now, 0.5f), between(before, now, 0.5f));

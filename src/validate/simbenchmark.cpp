@@ -1,7 +1,7 @@
-// SimBenchmark (ETH Zürich, github.com/leggedrobotics/SimBenchmark): five scenes that RaiSim's makers defined and
+// SimBenchmark (ETH Zürich, github.com/leggedrobotics/SimBenchmark): five scenes defined by the makers of RaiSim and
 // published with results of RaiSim, ODE, Bullet, DART and MuJoCo (data/*/sample.csv; without error reduction, the best
-// of each engine's solvers). States are sampled before each step, as there. Ours run with the published time step as
-// one step of the default four substeps.
+// of each engine's solvers). States are sampled before each step, as there. Ours run at the published time step, one
+// step with the default four substeps.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -21,7 +21,7 @@ std::string figure(double value) {
   return text;
 }
 
-/// Restitution acts at any speed and contacts are as stiff as the time step allows, as in the engines compared.
+/// Restitution at any speed, and contacts as stiff as the time step allows, as in the engines compared.
 WorldDef benchmark_def(const Setup& setup, float dt) {
   WorldDef def = world_def(setup);
   def.dt = dt;
@@ -43,7 +43,7 @@ struct Mean {
   double value() const { return sum / count; }
 };
 
-/// Balls in a 6 × 6 × 6 block, each a little out of place, over a frictionless floor.
+/// Balls in a 6 × 6 × 6 block, each slightly displaced, over a frictionless floor.
 std::vector<BodyId> add_666(World& world, double height, float restitution) {
   const Material material{0, restitution};
   world.add(floor_slab(material));
@@ -173,7 +173,7 @@ void elastic_666(const Setup& setup, Record& record) {
 }
 
 void rolling(const Setup& setup, Record& record) {
-  // Exact: friction µ1 under the plate, balls roll on it (SimBenchmark, RollingBenchmark.hpp).
+  // Exact solution: friction µ1 under the plate, the balls roll on it (SimBenchmark, RollingBenchmark.hpp).
   const double slow = 0.4 * (10 + 25) * g, ball_force = (150 - slow) / 10 / (3.5 + 25.0 / 10);
   const double plate_acceleration = (150 - slow - 25 * ball_force) / 10, ball_acceleration = ball_force;
   const double direction[2][2] = {{0.5, 0.866025403784439}, {0, 1}};

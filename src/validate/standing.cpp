@@ -1,5 +1,5 @@
-// Structures stand: nothing moves farther than settling explains, and at the end all is at rest. Sleeping is off, so
-// that nothing stands because it was frozen.
+// Structures stand: nothing moves farther than settling explains, and at the end everything is at rest. Sleeping is
+// off, so that nothing stands just because it is frozen.
 #include <algorithm>
 #include <cstdio>
 
@@ -31,7 +31,7 @@ double kinetic_energy_per_mass(const World& world) {
   return energy / mass;
 }
 
-/// Runs `scene` for `seconds`. What has fallen is not simulated to the end.
+/// Runs `scene` for `seconds`, or until it has collapsed.
 void stands(const Setup& setup, Record& record, const std::string& name, const Scene& scene, double seconds,
             double max_moved) {
   WorldDef def = world_def(setup);
@@ -87,7 +87,7 @@ void standing_heavy_on_light(const Setup& setup, Record& record) {
 
 void standing_stones(const Setup& setup, Record& record) {
   stands(setup, record, "arch of 31 stones", stone_arch(31), seconds(setup), 0.20);
-  // No load path of a direct solution leads through its thrust, and the springs that carry it sway.
+  // No load path of a direct solution carries the arch's thrust, and the springs that carry it sway.
   for (Check& check : record.checks) check.known = "it stands, and sways";
   stands(setup, record, "dry-stone wall of 500 hulls", dry_stone_wall(20), seconds(setup), 0.20);
 }

@@ -134,7 +134,7 @@ Scene dry_stone_wall(int courses) {
     Plane left = Plane::through({-0.5 * length, 0, 0}, {1, 0, 0});
     double left_x = -0.5 * length;
     for (int i = 1; i <= stones; ++i) {
-      // Joints of odd courses lie over the middles of the stones below.
+      // Joints of odd courses lie above the middles of the stones below.
       double right_x = 0.5 * length;
       Plane right = Plane::through({right_x, 0, 0}, {1, 0, 0});
       if (i < stones) {
@@ -145,7 +145,7 @@ Scene dry_stone_wall(int courses) {
       std::vector<Plane> cuts{below.opposite(), above, left.opposite(), right};
       const double face = 0.5 * thickness(middle), centre = 0.5 * (left_x + right_x);
       for (const double side : {-1.0, 1.0}) {
-        // Two planes make the nosed face that a mason leaves, a third keeps it from sticking out.
+        // Two planes make the pointed face that a mason leaves, a third keeps it from protruding.
         cuts.push_back(Plane::through({centre, side * (face + 0.03), middle}, {0, side, 0}));
         for (int k = 0; k < 2; ++k) {
           const double turn = random.symmetric(0.3), lean = random.symmetric(0.3);

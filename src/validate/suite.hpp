@@ -1,4 +1,4 @@
-// The validation suite: physical laws and published tests with their acceptance figures (docs/validation.md).
+// The validation suite: physical laws and published tests with their acceptance limits (docs/validation.md).
 #pragma once
 
 #include <functional>
@@ -15,17 +15,17 @@ namespace fathom::validate {
 struct Case {
   const char* group;
   const char* name;   ///< unique
-  const char* about;  ///< what is simulated and where the figure comes from
+  const char* about;  ///< what is simulated, and the source of the limit
   void (*run)(const Setup&, Record&);
 };
 
 struct Result {
   const Case* test = nullptr;
   Record record;
-  double seconds = 0;  ///< of wall time
+  double seconds = 0;  ///< wall time
 
   bool passed() const;
-  /// Every check that fails is known to.
+  /// Whether every failing check is known to fail.
   bool as_expected() const;
 };
 

@@ -18,14 +18,14 @@ BodyDef plate(float half_side = 5) {
   return def;
 }
 
-/// Bodies of the list whose centre came beyond x = 0.
+/// Number of listed bodies whose centre is beyond x = 0.
 int beyond(const World& world, const std::vector<BodyId>& ids) {
   int count = 0;
   for (const BodyId id : ids) count += world.pose(id).position.x > 0;
   return count;
 }
 
-/// Whether a step's way has crossed the middle of a plate of 1 m across x, and not gone round it.
+/// Whether the path of a step has crossed the middle of a plate of 1 m across x, and not gone round it.
 bool goes_through(const World& world, BodyId plate, Vec3 from, Vec3 to) {
   const Vec3 at = world.pose(plate).position;
   if (!(from.x < at.x && to.x > at.x)) return false;
@@ -35,7 +35,7 @@ bool goes_through(const World& world, BodyId plate, Vec3 from, Vec3 to) {
 
 }  // namespace
 
-// Balls, boxes and capsules of 1 cm at 300 m/s, from distances that put them at all moments of a step.
+// Balls, boxes and capsules of 1 cm at 300 m/s, started so that they arrive at all phases of a step.
 void bullets(const Setup& setup, Record& record) {
   const Shape shapes[] = {sphere(0.005f), box({0.005f, 0.005f, 0.005f}), capsule(0.0025f, 0.0025f)};
   for (const float dt : {1.0f / 60, 1.0f / 240}) {
@@ -57,7 +57,7 @@ void bullets(const Setup& setup, Record& record) {
         bullet.velocity.linear = {300, 30, 40};
         oblique.push_back(world.add(bullet));
       }
-      // And a plate that can move, which must take the bullet's momentum.
+      // A plate that can move, which must take the bullet's momentum.
       BodyDef target = body(box({0.005f, 0.5f, 0.5f}), {-5, 20, 0}, 10.0f);
       const BodyId target_id = world.add(target);
       BodyDef bullet = body(shapes[i % 3], {at.x - 5, 20, 0}, 0.01f);
@@ -137,7 +137,7 @@ void random_shots(const Setup& setup, Record& record) {
   const int shots = setup.full ? 3000 : 1000;
   int inside = 0;
   for (int i = 1; i <= shots; ++i) inside += too_deep(shot_at(static_cast<std::uint64_t>(i)), setup) > 0;
-  // What is left is thrown about and spun within a step more than its ends tell of.
+  // The rest are thrown and spun within a step by more than its end poses show.
   record.at_most("of " + std::to_string(shots) + " shots found inside or behind what they hit", inside, 0.003 * shots);
 }
 
