@@ -15,8 +15,8 @@ struct Instance {
 };
 static_assert(sizeof(Instance) == 16);
 
-constexpr std::uint32_t batch_vertices = 4096;  // of an instance, where meshes are smaller
-constexpr std::size_t many_spheres = 2000;      // from here on a coarser mesh serves
+constexpr std::uint32_t batch_vertices = 4096;  // per instance, for meshes with fewer
+constexpr std::size_t many_spheres = 2000;      // from this number on, a coarser mesh is used
 
 Surface surface_of(const DrawnBody& body) {
   if (body.ground && body.shape.type == ShapeType::box) return Surface::ground;
@@ -54,7 +54,7 @@ Vec3 scale_of(const Shape& shape) {
   return {1, 1, 1};
 }
 
-/// The hull, compound or surface that the shape shares with others; null where it has none.
+/// The hull, compound or surface that the shape shares with others; null if there is none.
 const void* shared_part(const Shape& shape) {
   if (shape.hull) return shape.hull.get();
   if (shape.compound) return shape.compound.get();
@@ -134,7 +134,7 @@ void BodyBatches::set(std::span<const DrawnBody> bodies) {
   struct Sharing {
     std::vector<Instance> moving, terrain;
   };
-  std::vector<Sharing> sharing;  // by number in `kept`
+  std::vector<Sharing> sharing;  // by index in `kept`
   for (const DrawnBody& body : bodies) {
     const Instance instance{scale_of(body.shape), body.slot};
     const Surface surface = surface_of(body);
@@ -173,7 +173,7 @@ void BodyBatches::set(std::span<const DrawnBody> bodies) {
     add(Surface::hull, kept_[i].mesh.get(), sharing[i].moving);
     add(Surface::terrain, kept_[i].mesh.get(), sharing[i].terrain);
   }
-  // Last, so that most of the ground is already hidden.
+  // Last, because by then most of the ground is hidden.
   const auto& floors = basic[static_cast<std::size_t>(Surface::ground)];
   add(Surface::ground, floors.empty() ? nullptr : basic_mesh(Surface::box, false), floors);
   instances_.write(all.data(), all.size() * sizeof(Instance));

@@ -15,8 +15,8 @@ namespace fathom::render {
 enum class Surface : std::uint8_t { box, round, capsule, hull, ground, terrain };
 inline constexpr int surface_count = 6;
 
-/// Triangles on the GPU: a small mesh several times over, because an instance of a few triangles leaves a GPU's vertex
-/// units half empty and costs a software renderer more than its vertices do.
+/// Triangles on the GPU. A small mesh is stored several times over, because an instance of a few triangles leaves a
+/// GPU's vertex units half empty and costs a software renderer more than its vertices do.
 class GpuMesh {
  public:
   explicit GpuMesh(const Mesh& mesh);
@@ -40,7 +40,7 @@ struct Batch {
 class BodyBatches {
  public:
   void set(std::span<const DrawnBody> bodies);
-  /// In the order of `Surface`, but what is made of many triangles together and floors last.
+  /// In the order of `Surface`, except that meshes with many triangles come together, and floors last.
   std::span<const Batch> batches() const { return batches_; }
   GLuint instances() const { return instances_.get(); }
 
@@ -50,7 +50,8 @@ class BodyBatches {
   GrowingBuffer instances_;
   std::vector<Batch> batches_;
   std::unique_ptr<GpuMesh> box_, sphere_, coarse_sphere_, capsule_;
-  /// Of a hull, mesh or height field, kept together with it, so that another one at its address is not mistaken for it.
+  /// Mesh of a hull, compound, mesh or height field. Keeping the shape ensures that no other one at its address is
+  /// mistaken for it.
   struct KeptMesh {
     Shape shape;
     std::unique_ptr<GpuMesh> mesh;

@@ -30,7 +30,7 @@ std::uint8_t between(std::uint8_t a, std::uint8_t b, float share) {
 Colour palette(std::uint64_t index) { return colours[index % colours.size()]; }
 
 Colour scattered(std::uint64_t index) {
-  // The golden ratio's multiples spread over 64 bits.
+  // Multiples of the golden ratio, spread over 64 bits.
   return palette((index * 0x9E3779B97F4A7C15u) >> 40);
 }
 

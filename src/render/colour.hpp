@@ -14,11 +14,11 @@ struct Colour {
 
 /// One of a few colours that go well together; neighbouring indices differ.
 Colour palette(std::uint64_t index);
-/// The same colours, scattered, for bodies without an order.
+/// The same colours, scattered, for bodies in no particular order.
 Colour scattered(std::uint64_t index);
-/// From blue over green and yellow to red, 0 ≤ share ≤ 1 (Turbo; Mikhailov 2019, its polynomial form).
+/// From blue through green and yellow to red, 0 ≤ share ≤ 1 (Turbo; Mikhailov 2019, its polynomial form).
 Colour turbo(float share);
-/// From violet over red and orange to sand, 0 ≤ share ≤ 1: heights of a pile.
+/// From violet through red and orange to sand, 0 ≤ share ≤ 1: heights of a pile.
 Colour sunset(float share);
 
 }  // namespace fathom::render

@@ -1,6 +1,6 @@
 // CUDA–OpenGL interoperability (CUDA Runtime API, section 6.19).
 #include <epoxy/gl.h>
-// In this order: CUDA's header would take the system's own gl.h.
+// In this order: CUDA's header would include the system's own gl.h.
 #include <cuda_gl_interop.h>
 #include <cuda_runtime_api.h>
 
@@ -25,7 +25,7 @@ bool same_device() {
   int devices[16];
   if (cudaGetDevice(&current) != cudaSuccess) return false;
   if (cudaGLGetDevices(&count, devices, 16, cudaGLDeviceListAll) != cudaSuccess) {
-    cudaGetLastError();  // it is remembered otherwise and reported by the next call
+    cudaGetLastError();  // clears the error, which the next call would otherwise report
     return false;
   }
   return std::find(devices, devices + count, current) != devices + count;
@@ -50,7 +50,7 @@ class SharedPath final : public DevicePath {
     check(cudaGraphicsResourceGetMappedPointer(&target, &bytes, resource_), "the buffer has no address");
     check(cudaMemcpyAsync(target, source.poses, source.count * sizeof(Pose), cudaMemcpyDeviceToDevice, stream),
           "the poses cannot be copied");
-    // Orders the copy before what OpenGL does next.
+    // Orders the copy before subsequent OpenGL commands.
     check(cudaGraphicsUnmapResources(1, &resource_, stream), "the buffer cannot be given back");
   }
   bool shared() const override { return true; }
@@ -91,7 +91,7 @@ std::unique_ptr<DevicePath> make_device_path(unsigned buffer, std::size_t bytes,
     try {
       return std::make_unique<SharedPath>(buffer);
     } catch (const Error&) {
-      cudaGetLastError();  // the way through the host serves everywhere
+      cudaGetLastError();  // the path through the host always works
     }
   }
   return std::make_unique<HostPath>(buffer, bytes);

@@ -19,9 +19,9 @@ bool has_word(const char* words, const char* word) {
   return words && (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;
 }
 
-/// A device to ask for a display.
+/// A device to request a display from.
 struct Candidate {
-  EGLDeviceEXT device = nullptr;  // null: Mesa's platform without a surface
+  EGLDeviceEXT device = nullptr;  // null: Mesa's surfaceless platform
   bool software = false;
   int cuda_device = -1;
 };
@@ -48,7 +48,7 @@ std::vector<Candidate> list_devices() {
   return found;
 }
 
-/// Those to try, in order.
+/// Candidates to try, in order.
 std::vector<Candidate> select(const GpuChoice& choice) {
   const std::vector<Candidate> devices = list_devices();
   std::vector<Candidate> selected;
@@ -73,7 +73,7 @@ std::vector<Candidate> select(const GpuChoice& choice) {
 
 class EglContext final : public OffscreenContext {
  public:
-  /// Throws `Error{unavailable}` where the candidate does not serve.
+  /// Throws `Error{unavailable}` if the candidate does not work.
   explicit EglContext(const Candidate& candidate) : cuda_device_(candidate.cuda_device) {
     display_ = candidate.device ? eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, candidate.device, nullptr)
                                 : eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
@@ -124,7 +124,7 @@ class EglContext final : public OffscreenContext {
   int cuda_device_;
 };
 
-/// libepoxy ends the program where a library is missing, so it is looked for first.
+/// libepoxy ends the program if a library is missing, so check for it first.
 void require_library(const char* name) {
   void* handle = dlopen(name, RTLD_LAZY | RTLD_LOCAL);
   if (!handle) throw Error(ErrorCode::unavailable, std::string("there is no ") + name + " on this machine" + remedy);

@@ -8,7 +8,7 @@ namespace fathom::render {
 
 /// Which graphics device draws.
 struct GpuChoice {
-  /// `automatic`: the first GPU that offers OpenGL 4.5, or software where there is none.
+  /// `automatic`: the first GPU that offers OpenGL 4.5, or software if there is none.
   enum class Kind { automatic, software, numbered } kind = Kind::automatic;
   int number = 0;  ///< of EGL's devices, from 0
 };
@@ -16,15 +16,15 @@ struct GpuChoice {
 /// "auto", "software" or a device's number. Throws `Error{invalid_argument}`.
 GpuChoice parse_gpu(const std::string& text);
 
-/// Current on the thread that made it until it is destroyed.
+/// Current on its creating thread until it is destroyed.
 class OffscreenContext {
  public:
   virtual ~OffscreenContext() = default;
-  /// CUDA's number of the device that draws, or −1 where it is none of CUDA's.
+  /// CUDA's number of the rendering device, or −1 if it is not a CUDA device.
   virtual int cuda_device() const = 0;
 };
 
-/// Through EGL without any surface. Throws `Error{unavailable}` where there is no EGL, no such device or no OpenGL 4.5.
+/// Through EGL without any surface. Throws `Error{unavailable}` if there is no EGL, no such device or no OpenGL 4.5.
 std::unique_ptr<OffscreenContext> make_offscreen_context(const GpuChoice& choice = {});
 
 }  // namespace fathom::render

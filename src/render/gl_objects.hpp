@@ -1,4 +1,4 @@
-// OpenGL objects that free themselves. All of them belong to the context that is current when they are made.
+// OpenGL objects that free themselves. Each belongs to the context that is current when it is created.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -13,12 +13,12 @@
 
 namespace fathom::render {
 
-/// Throws `Error{unavailable}` unless the current context offers OpenGL 4.5 and what else the renderer needs.
+/// Throws `Error{unavailable}` unless the current context offers OpenGL 4.5 and everything else the renderer needs.
 void require_gl();
-/// The current context's renderer and version, for people.
+/// The current context's renderer and version, human-readable.
 std::string gl_description();
 
-/// A name of OpenGL's, freed by `Free`.
+/// An OpenGL name, freed by `Free`.
 template <class Free>
 class GlName {
  public:
@@ -78,7 +78,7 @@ GlBuffer make_buffer_of(const std::vector<T>& values) {
   return buffer;
 }
 
-/// A buffer that grows and is written anew as a whole.
+/// A buffer that grows and is always rewritten as a whole.
 class GrowingBuffer {
  public:
   void write(const void* data, std::size_t bytes);
@@ -89,8 +89,8 @@ class GrowingBuffer {
   std::size_t capacity_ = 0;
 };
 
-/// Compiles and links. `defines` come after the version line. Throws `std::runtime_error` with the driver's log:
-/// a shader that does not compile is a fault of this program or the driver.
+/// Compiles and links. `defines` follow the version line. Throws `std::runtime_error` with the driver's log: a shader
+/// that does not compile is a bug of this program or of the driver.
 GlProgram make_program(std::string_view name, std::string_view defines, std::string_view vertex,
                        std::string_view fragment);
 

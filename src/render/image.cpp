@@ -22,7 +22,7 @@ void write_png(const Image& image, const std::string& path) {
     if (png_image_write_to_memory(&png, to, &size, 0, image.pixels.data(), 0, nullptr) == 0)
       throw Error(ErrorCode::capacity, path + ": no PNG can be made of the picture (" + png.message + ")");
   };
-  encode(nullptr);  // how much room it takes
+  encode(nullptr);  // determines the size
   bytes.resize(size);
   encode(bytes.data());
   files::write_file(path, {reinterpret_cast<const char*>(bytes.data()), size});

@@ -31,7 +31,7 @@ class AxisMarks {
       return to_matrix(world.poses()[body.index].rotation * frame.rotation);
     };
     of_a_ = turned(joint.a, joint.frame_a), of_b_ = turned(joint.b, joint.frame_b);
-    // Axes are those of B where it cannot be pushed; A is then what moves along them, backwards.
+    // Axes are those of B if it cannot be pushed; A then moves along them, backwards.
     if (world.motion(joint.b) != MotionType::dynamic) {
       std::swap(of_a_, of_b_), std::swap(anchors_.a, anchors_.b);
       sign_ = -1;
@@ -62,7 +62,7 @@ class AxisMarks {
     if (!is_limited) return;
     for (const Vec3 end : {from, to}) marks_.push_back({end, 6, end, limit_colour});
   }
-  /// With limits, what points along B's next axis is between two rays.
+  /// If limited, B's next axis stays between two rays.
   void add_hinge(Vec3 axis, JointAxisName name) {
     add_line(anchors_.b - size_ * axis, anchors_.b + size_ * axis, axis_colour);
     const JointAxis& limits = joint_.axis(name);
@@ -88,7 +88,7 @@ class AxisMarks {
   Anchors anchors_;
   std::vector<Mark>& marks_;
   Mat3 of_a_, of_b_;  // the joint's frames in the world
-  float size_ = 1;    // m, of lines that have no ends of their own
+  float size_ = 1;    // m, of lines without ends of their own
   float sign_ = 1;
 };
 
@@ -101,7 +101,7 @@ void add_coupling_marks(const CouplingEnd& end, Vec3 anchor, std::vector<Mark>& 
     marks.push_back({anchor - along, 3, anchor + along, axis_colour});
 }
 
-/// Anchors that should meet: a slider's need not.
+/// Whether the anchors should coincide: a slider's need not.
 bool anchors_meet(const JointDef& joint) {
   if (joint.type != JointType::generic) return joint.type == JointType::ball;
   return joint.axes[0].mode == AxisMode::locked && joint.axes[1].mode == AxisMode::locked &&
@@ -127,14 +127,14 @@ void add_joint_marks(const World& world, std::vector<Mark>& marks) {
       add_coupling_marks(joint.coupled_b, anchors.b, marks);
     }
     if (anchors_meet(joint)) marks.push_back({anchors.a, 3, anchors.b, gap_colour});
-    // The larger one first, so that both are seen where they meet.
+    // The larger one first, so that both are visible where they coincide.
     marks.push_back({anchors.a, 8, anchors.a, anchor_a_colour});
     marks.push_back({anchors.b, 4, anchors.b, anchor_b_colour});
   }
 }
 
 void add_reaction_marks(const World& world, std::vector<Mark>& marks) {
-  // One scale for all, so that they can be compared: under a heavy load a light link carries many times its own weight.
+  // One scale for all makes them comparable: under a heavy load a light link carries many times its own weight.
   float heaviest = 1e-6f;
   for (const JointId id : world.joints())
     heaviest = max(heaviest, max(world.mass(world.joint(id).a), world.mass(world.joint(id).b)));

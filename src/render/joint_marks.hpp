@@ -8,12 +8,12 @@
 
 namespace fathom::render {
 
-/// For every joint lines from the bodies' centres to their anchors, the anchors as points, and a line between them,
-/// which is seen where they are apart. Bodies that do not move have no line from their centre. Hinges and sliders are
-/// lines along their axes, limits of angles rays at their ends, cones a few rays, distances lines.
+/// For every joint: lines from the bodies' centres to their anchors (none from bodies that do not move), the anchors as
+/// points, and a line between them, visible where they are apart. Hinges and sliders are lines along their axes, limits
+/// of angles rays at their ends, cones a few rays, distances lines.
 void add_joint_marks(const World& world, std::vector<Mark>& marks);
-/// What every joint does to its body B, at its anchor: half a metre long where it carries the heaviest jointed body's
-/// weight.
+/// The reaction of every joint on its body B, drawn at its anchor: half a metre long for the weight of the heaviest
+/// jointed body.
 void add_reaction_marks(const World& world, std::vector<Mark>& marks);
 
 }  // namespace fathom::render

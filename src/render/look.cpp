@@ -3,7 +3,7 @@
 namespace fathom::render {
 namespace {
 
-/// Extinction with which things at `distance` (m) keep so much of their colour, by channel.
+/// Extinction with the optical depths `per_channel` at `distance` (m).
 Vec3 fading(float distance, Vec3 per_channel) { return (1 / distance) * per_channel; }
 
 }  // namespace
@@ -32,7 +32,7 @@ Look under_water(float size, float surface) {
   look.zenith = {0.10f, 0.46f, 0.56f};
   look.horizon = {0.012f, 0.135f, 0.21f};
   look.nadir = {0.002f, 0.025f, 0.05f};
-  // Red is gone first: of clear ocean water's extinction (Jerlov 1976) the proportions, not the lengths.
+  // Red fades first: the proportions, not the lengths, of clear ocean water's extinction (Jerlov 1976).
   look.extinction = fading(max(30.0f, 4.5f * size), {2.6f, 1.0f, 0.72f});
   look.ground = {0.50f, 0.45f, 0.34f};
   look.ground_line = {0.40f, 0.36f, 0.27f};

@@ -1,4 +1,4 @@
-// 4×4 matrices by columns, as OpenGL reads them. Depth is reversed: 1 at the near plane, 0 at infinity, which spends
+// 4×4 matrices by columns, as OpenGL reads them. Depth is reversed: 1 at the near plane, 0 at infinity, which puts
 // float's precision where it is needed (Reed, "Depth precision visualized", 2015).
 #pragma once
 
@@ -39,7 +39,7 @@ inline Mat4 perspective_matrix(float scale, float aspect, float near) {
   return {{{scale / aspect, 0, 0, 0}, {0, scale, 0, 0}, {0, 0, 0, -1}, {0, 0, near, 0}}};
 }
 
-/// A box of view space to clip space, depth reversed: 1 at its upper z (nearest), 0 at its lower.
+/// A box in view space to clip space, depth reversed: 1 at its upper z (nearest), 0 at its lower.
 inline Mat4 orthographic_matrix(const Aabb& box) {
   const Vec3 size = box.upper - box.lower, sum = box.upper + box.lower;
   return {{{2 / size.x, 0, 0, 0},

@@ -1,4 +1,4 @@
-// In builds without CUDA.
+// For builds without CUDA.
 #include "render/pose_buffer.hpp"
 
 namespace fathom::render {

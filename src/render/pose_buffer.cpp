@@ -7,7 +7,7 @@
 namespace fathom::render {
 namespace {
 
-constexpr std::size_t alignment = 256;  // at most what GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT may ask for
+constexpr std::size_t alignment = 256;  // the largest GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT allowed
 
 std::size_t with_room(std::size_t bytes) {
   const std::size_t wanted = std::max<std::size_t>(bytes + bytes / 4, alignment);

@@ -1,8 +1,8 @@
-// The poses that the GPU draws from: one `Pose` (32 bytes) a slot, as `World::poses()` has them.
+// The poses that the GPU draws from: one `Pose` (32 bytes) per slot, as in `World::poses()`.
 //
-// Host poses are copied into a ring of three mapped parts, so that the copy of one frame does not wait for the drawing
-// of the last. Device poses (CUDA on the GPU that draws) are copied within the GPU's memory and never pass through
-// the host; where the two are different devices they are copied through the host instead.
+// Host poses are copied into a ring of three mapped parts, so that copying a frame does not wait for the drawing of the
+// last one. Device poses (CUDA on the rendering GPU) are copied within the GPU's memory, without the host; if the two
+// are different devices, they are copied through the host.
 #pragma once
 
 #include <cstdint>
@@ -15,18 +15,18 @@
 
 namespace fathom::render {
 
-/// How device poses reach a buffer of OpenGL.
+/// How device poses reach an OpenGL buffer.
 class DevicePath {
  public:
   virtual ~DevicePath() = default;
-  /// Copies the poses into the buffer, in the order of the stream; drawing that is submitted later sees them.
+  /// Copies the poses into the buffer, in stream order; drawing submitted later sees them.
   virtual void copy(const DevicePoses& source) = 0;
-  /// False where the poses pass through the host.
+  /// False if the poses pass through the host.
   virtual bool shared() const = 0;
 };
 
-/// For the OpenGL buffer `buffer` of `bytes` bytes and poses on CUDA device `device`. `allow_sharing` false always goes
-/// through the host. Null where this build has no CUDA.
+/// For the OpenGL buffer `buffer` of `bytes` bytes and poses on CUDA device `device`. If `allow_sharing` is false,
+/// always through the host. Null in builds without CUDA.
 std::unique_ptr<DevicePath> make_device_path(unsigned buffer, std::size_t bytes, int device, bool allow_sharing);
 
 class PoseBuffer {
@@ -34,13 +34,13 @@ class PoseBuffer {
   explicit PoseBuffer(bool allow_sharing = true) : allow_sharing_(allow_sharing) {}
 
   void write(std::span<const Pose> poses);
-  /// Throws `Error{unavailable}` where this build has no CUDA.
+  /// Throws `Error{unavailable}` in builds without CUDA.
   void write(const DevicePoses& poses);
-  /// Binds what was written last as storage buffer `binding`.
+  /// Binds what was last written as storage buffer `binding`.
   void bind(GLuint binding) const;
-  /// To be called when the drawing that reads the poses has been submitted.
+  /// Call after submitting the drawing that reads the poses.
   void drawn();
-  /// True where the poses that were written last did not pass through the host.
+  /// True if the last poses did not pass through the host.
   bool shared() const { return from_device_ && device_path_->shared(); }
 
  private:

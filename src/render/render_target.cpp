@@ -58,7 +58,7 @@ void OffscreenTarget::read(Image& image) {
   const int e = enlargement_;
   const std::size_t stride = static_cast<std::size_t>(width()) * 3;
   for (int y = 0; y < height_; ++y) {
-    // OpenGL's rows come from the bottom.
+    // OpenGL's rows start at the bottom.
     const std::uint8_t* source = rows_.data() + stride * static_cast<std::size_t>(e * (height_ - 1 - y));
     std::uint8_t* target = image.row(y);
     if (e == 1) {

@@ -1,4 +1,4 @@
-// What is drawn into.
+// Framebuffers to draw into.
 #pragma once
 
 #include "render/gl_objects.hpp"
@@ -6,11 +6,11 @@
 
 namespace fathom::render {
 
-/// A framebuffer with several samples a pixel, drawn `enlargement` times as large in both directions and averaged
+/// A framebuffer with several samples per pixel, drawn `enlargement` times as large in both directions and averaged
 /// when read.
 class OffscreenTarget {
  public:
-  /// Throws `Error{invalid_argument}` where the size is beyond what the GPU draws.
+  /// Throws `Error{invalid_argument}` if the size exceeds what the GPU can draw.
   OffscreenTarget(int width, int height, int samples = 4, int enlargement = 1);
 
   GLuint framebuffer() const { return multisampled_.framebuffer.get(); }
@@ -35,7 +35,7 @@ class OffscreenTarget {
   std::vector<std::uint8_t> rows_;
 };
 
-/// Reads what the window shows into a picture of its size.
+/// Reads the window's content into a picture of its size.
 void read_window(Image& image);
 
 }  // namespace fathom::render

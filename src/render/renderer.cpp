@@ -21,7 +21,7 @@ struct FrameBlock {
 
 Vec4 padded(Vec3 v) { return {v.x, v.y, v.z, 0}; }
 
-/// Clip space to texture coordinates; depth is in [0, 1] already.
+/// Clip space to texture coordinates; depth is already in [0, 1].
 const Mat4 to_texture{{{0.5f, 0, 0, 0}, {0, 0.5f, 0, 0}, {0, 0, 1, 0}, {0.5f, 0.5f, 0, 1}}};
 
 struct ShadowView {
@@ -29,7 +29,7 @@ struct ShadowView {
   float texel = 0;  // m
 };
 
-/// The sun's view of the box. Its edges lie on whole texels, so that shadows do not flicker while the box moves.
+/// The sun's view of the box, snapped to whole texels, so that shadows do not flicker as the box moves.
 ShadowView shadow_view(const Aabb& box, Vec3 sun, int size) {
   const Vec3 right = normalize(cross({0, 0, 1}, sun), {1, 0, 0}), up = cross(sun, right);
   const Mat4 view = view_matrix({}, right, up, sun);
@@ -41,7 +41,7 @@ ShadowView shadow_view(const Aabb& box, Vec3 sun, int size) {
     seen = merged(seen, {{q.x, q.y, q.z}, {q.x, q.y, q.z}});
   }
   const Vec3 extent = seen.upper - seen.lower;
-  // Two texels of border stay free of shadows, for the filter.
+  // A border of two texels stays free of shadows, for the filter.
   const float texel = max(extent.x, extent.y) / static_cast<float>(size - 4);
   const auto snap = [texel](float v) { return texel * std::floor(v / texel); };
   const float side = texel * static_cast<float>(size);
@@ -101,7 +101,7 @@ class Renderer::Impl {
  private:
   using Programs = GlProgram[surface_count];
 
-  /// Made when they are first needed.
+  /// Created on first use.
   const Programs& lit_programs(bool water) {
     Programs& programs = lit_[water ? 1 : 0];
     const std::string text = std::string(shaders::frame) + shaders::light + shaders::surface + shaders::body_frag;
@@ -128,7 +128,7 @@ class Renderer::Impl {
     glNamedFramebufferDrawBuffer(shadow_framebuffer_.get(), GL_NONE);
   }
 
-  // Others (the viewer's panel) draw in the same context and leave their own state.
+  // Others (the viewer's panel) draw in the same context and leave their own state behind.
   static void set_state() {
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glDisable(GL_BLEND);
@@ -189,7 +189,7 @@ class Renderer::Impl {
     glViewport(0, 0, settings_.shadow_size, settings_.shadow_size);
     const float far = 0;
     glClearNamedFramebufferfv(shadow_framebuffer_.get(), GL_DEPTH, 0, &far);
-    // What stands between the sun and the box throws its shadow too.
+    // Objects between the sun and the box cast shadows too.
     glEnable(GL_DEPTH_CLAMP);
     draw_bodies(depth_, true);
     glDisable(GL_DEPTH_CLAMP);
@@ -225,7 +225,7 @@ class Renderer::Impl {
         glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * marks.size()));
         ++calls_;
       }
-      glDisable(GL_DEPTH_TEST);  // for those on top
+      glDisable(GL_DEPTH_TEST);  // for marks on top
     }
     glDisable(GL_BLEND);
   }

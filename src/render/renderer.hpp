@@ -1,5 +1,5 @@
 // Draws bodies: instanced, at most two draw calls for each kind of shape and for each hull and surface, after the same
-// for the shadow map. Reads shapes, colours and poses and knows nothing of who moves them.
+// for the shadow map. Reads shapes, colours and poses and knows nothing about what moves them.
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,14 @@
 
 namespace fathom::render {
 
-/// A body to draw. Its pose is number `slot` of the pose buffer, its colour number `slot` of the colours.
+/// A body to draw. Its pose is at index `slot` of the pose buffer, its colour at index `slot` of the colours.
 struct DrawnBody {
   std::uint32_t slot = 0;
   Shape shape;
-  bool ground = false;  ///< a floor: it is drawn with a grid in the look's ground colours, and a box throws no shadow
+  bool ground = false;  ///< a floor: drawn with a grid in the look's ground colours; a box throws no shadow
 };
 
-/// A line from `a` to `b`, so many pixels wide; a dot where both are one point.
+/// A line from `a` to `b`, `width` pixels wide; a dot if both are the same point.
 struct Mark {
   Vec3 a;
   float width = 2;
@@ -36,7 +36,7 @@ static_assert(sizeof(Mark) == 32);
 struct Frame {
   Camera camera;
   Look look;
-  Aabb shadows{};                        ///< m, what may throw shadows; the smaller, the finer they are
+  Aabb shadows{};                        ///< m, bounds of what may cast shadows; the smaller, the finer the shadows
   float time = 0;                        ///< s, moves the light under water
   std::span<const Mark> marks{};         ///< hidden behind bodies
   std::span<const Mark> marks_on_top{};  ///< never hidden
@@ -44,28 +44,28 @@ struct Frame {
 
 struct RendererSettings {
   int shadow_size = 4096;  ///< texels along a side of the shadow map; 0: no shadows
-  int shadow_taps = 3;     ///< samples of it a pixel, along each axis
+  int shadow_taps = 3;     ///< shadow-map samples per pixel along each axis
   bool share_device_poses = true;
 };
 
-/// What suits the current context: less work a pixel where it draws in software.
+/// Settings for the current context: less work per pixel if it renders in software.
 RendererSettings settings_for_context();
 
-/// Belongs to the context that is current when it is made.
+/// Belongs to the context that is current when it is created.
 class Renderer {
  public:
-  /// Throws `Error{unavailable}` where the context lacks what is needed.
+  /// Throws `Error{unavailable}` if the context lacks a required feature.
   explicit Renderer(const RendererSettings& settings = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
   void set_bodies(std::span<const DrawnBody> bodies);
-  /// Colours by slot. Alpha below 255: the body sleeps and is drawn dimmed.
+  /// Colours by slot. Alpha below 255: the body is asleep and drawn dimmed.
   void set_colours(std::span<const Colour> colours);
   PoseBuffer& poses();
 
-  /// Draws into the framebuffer, whose depth buffer must be a float's (see mat4.hpp).
+  /// Draws into the framebuffer, which must have a float depth buffer (see mat4.hpp).
   void draw(const Frame& frame, GLuint framebuffer, int width, int height);
   /// Draw calls of the last picture.
   int draw_calls() const;
@@ -75,7 +75,7 @@ class Renderer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The region that a camera's shadows should cover: of the box what lies near what the camera looks at.
+/// The region that shadows should cover: the part of the box near the camera's target.
 Aabb shadow_region(const Aabb& box, const Camera& camera);
 
 }  // namespace fathom::render

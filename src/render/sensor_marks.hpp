@@ -8,8 +8,7 @@
 
 namespace fathom::render {
 
-/// The edges of every sensor, three circles where it is round, and of surfaces their box; brighter where somebody is in
-/// it.
+/// The edges of every sensor, three circles for round ones, the box for surfaces; brighter while a body is inside.
 void add_sensor_marks(const World& world, std::vector<Mark>& marks);
 
 }  // namespace fathom::render

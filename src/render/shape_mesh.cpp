@@ -25,7 +25,7 @@ Mesh icosahedron() {
   return mesh;
 }
 
-/// Each triangle as four, with new corners on the sphere.
+/// Splits each triangle into four, with the new corners on the sphere.
 Mesh split(const Mesh& coarse) {
   Mesh fine;
   fine.vertices = coarse.vertices;
@@ -50,7 +50,7 @@ Mesh split(const Mesh& coarse) {
   return fine;
 }
 
-constexpr float no_edge = 1e6f;  // where lines along all edges would hide what is drawn
+constexpr float no_edge = 1e6f;  // for meshes where lines along all edges would hide the picture
 
 float distance_to_line(Vec3 point, Vec3 a, Vec3 b) { return length(cross(point - a, normalize(b - a))); }
 
@@ -78,7 +78,7 @@ Mesh unit_sphere(int splits) {
 Mesh unit_capsule(int segments) {
   Mesh mesh;
   const int rings = segments / 4;
-  // From the lower pole up; the equator comes twice, once for each end.
+  // From the lower pole up; the equator occurs twice, once for each end.
   for (int half = 0; half < 2; ++half) {
     for (int ring = 0; ring <= rings; ++ring) {
       const float latitude = 0.5f * pi * (static_cast<float>(ring) / static_cast<float>(rings) - (half == 0 ? 1 : 0));
@@ -117,7 +117,7 @@ Mesh hull_mesh(const Hull& hull) {
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Vec3 a = corners[i], b = corners[(i + 1) % corners.size()];
       const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-      // Within this triangle the distance from the edge a, b grows linearly towards the middle.
+      // Within this triangle the distance from the edge a, b grows linearly towards the centre.
       mesh.vertices.push_back({a, n, 0});
       mesh.vertices.push_back({b, n, 0});
       mesh.vertices.push_back({middle, n, distance_to_line(middle, a, b)});
@@ -129,7 +129,7 @@ Mesh hull_mesh(const Hull& hull) {
 
 namespace {
 
-/// One child about its own centre.
+/// A child about its own centre.
 Mesh child_mesh(const Shape& shape) {
   const Vec3 h = shape.half_extents;
   if (shape.hull) return hull_mesh(*shape.hull);
@@ -170,7 +170,7 @@ Mesh surface_mesh(const fathom::Surface& surface) {
     for (const Vec3 corner : {a, b, c}) mesh.vertices.push_back({corner, n, no_edge});
     add_triangle(mesh, first, first + 1, first + 2);
   }
-  // Where there are holes alone a point stands for what there is nothing of to draw.
+  // If all is holes, a point stands in, because empty meshes cannot be drawn.
   if (mesh.vertices.empty()) mesh = {{MeshVertex{}}, {0, 0, 0}};
   return mesh;
 }

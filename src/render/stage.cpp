@@ -8,7 +8,7 @@
 namespace fathom::render {
 namespace {
 
-constexpr float settling_time = 0.6f;  // s, of the camera
+constexpr float settling_time = 0.6f;  // s, for the camera
 
 Aabb between(const Aabb& a, const Aabb& b, float share) {
   return {a.lower + share * (b.lower - a.lower), a.upper + share * (b.upper - a.upper)};

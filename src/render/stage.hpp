@@ -1,4 +1,4 @@
-// Camera, look and shadows for a world that moves: pictures of a run without anybody at the controls.
+// Camera, look and shadows for a moving world: pictures of a run without anyone at the controls.
 #pragma once
 
 #include <fathom/world.hpp>
@@ -13,8 +13,8 @@ namespace fathom::render {
 
 struct StageSettings {
   int width = 1280, height = 720;
-  int samples = 4;      ///< a pixel
-  int enlargement = 1;  ///< drawn so many times as large, averaged when read
+  int samples = 4;      ///< per pixel
+  int enlargement = 1;  ///< drawn this many times as large, averaged when read
   LookKind look = LookKind::daylight;
   Colouring colouring = Colouring::start;
   float azimuth = -0.96f;   ///< rad, the eye's direction about z from +x
@@ -26,13 +26,13 @@ struct StageSettings {
   RendererSettings renderer{};
 };
 
-/// Draws into memory. An OpenGL context must be current for as long as it lives.
+/// Draws into memory. An OpenGL context must be current throughout its life.
 class Stage {
  public:
   explicit Stage(const StageSettings& settings);
 
-  /// A picture of the world as it is. The camera shows all that moves; where that has grown since the last picture
-  /// the camera steps back, at once where `smooth` is false, else over about a second of pictures.
+  /// A picture of the world's current state. The camera shows everything that moves; if that has grown since the last
+  /// picture, the camera moves back: at once if `smooth` is false, otherwise over about a second of pictures.
   const Image& draw(const World& world, bool smooth = false);
 
  private:

@@ -16,7 +16,7 @@
 namespace fathom::render {
 namespace {
 
-/// A pipe whose reader has gone must be an error here, not the end of the program.
+/// Makes writing to a pipe without a reader an error instead of ending the program.
 class IgnoreBrokenPipe {
  public:
   IgnoreBrokenPipe() : before_(std::signal(SIGPIPE, SIG_IGN)) {}
@@ -28,7 +28,7 @@ class IgnoreBrokenPipe {
   void (*before_)(int);
 };
 
-/// The file's ending, which tells ffmpeg the format. Throws where it is no film's.
+/// The file extension, from which ffmpeg infers the format. Throws if it is not a film's.
 std::string film_ending(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   for (const char* known : {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ogv", ".mpg", ".mpeg", ".ts", ".flv",
@@ -61,11 +61,11 @@ Video::Video(const std::string& path, int width, int height, int frames_per_seco
                                        "-pixel_format", "rgb24", "-video_size",
                                        std::to_string(width) + "x" + std::to_string(height), "-framerate",
                                        std::to_string(frames_per_second), "-i", "-", "-pix_fmt", "yuv420p",
-                                       // So that a browser may show it before it is loaded to its end.
+                                       // so that a browser can play it before it is completely loaded
                                        "-movflags", "+faststart", "file:" + file_.growing()};
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
-  // In a group of its own: Ctrl-C is for us, who then complete the film.
+  // In its own process group: Ctrl-C goes only to this process, which then completes the film.
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   std::vector<char*> argv;
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
@@ -103,7 +103,7 @@ void Video::fail() {
   char text[2000];
   const ssize_t length = pread(complaints_, text, sizeof text, 0);
   std::string said(text, static_cast<std::size_t>(length > 0 ? length : 0));
-  // The first line tells the cause, the rest follows from it.
+  // The first line names the cause, the others follow from it.
   said = said.substr(0, said.find('\n'));
   if (const std::size_t at = said.find(file_.growing()); at != said.npos)
     said.replace(at, file_.growing().size(), path_);

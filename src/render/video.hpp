@@ -10,27 +10,28 @@ namespace fathom::render {
 
 class Video {
  public:
-  /// The file's ending decides the format. Throws `Error{unavailable}` where there is no ffmpeg, `Error{file}` where
-  /// the file cannot be written, `Error{invalid_argument}` on an odd width or height, or an ending that is no film's.
+  /// The file extension selects the format. Throws `Error{unavailable}` if there is no ffmpeg, `Error{file}` if the
+  /// file cannot be written, `Error{invalid_argument}` for an odd width or height, or an extension that is not a
+  /// film's.
   Video(const std::string& path, int width, int height, int frames_per_second);
-  /// Without `finish` nothing is left behind.
+  /// Without `finish`, leaves nothing behind.
   ~Video();
   Video(const Video&) = delete;
   Video& operator=(const Video&) = delete;
 
-  /// Throws `Error{file}` with what ffmpeg said where it gave up.
+  /// Throws `Error{file}` with ffmpeg's message if it gave up.
   void add(const Image& image);
   void finish();
 
  private:
   [[noreturn]] void fail();
-  /// Waits for ffmpeg to end; its exit code.
+  /// Waits for ffmpeg to end; returns its exit code.
   int close();
 
   std::string path_;
-  files::OutputFile file_;  // grows by ffmpeg's hand
+  files::OutputFile file_;  // written by ffmpeg
   int to_ffmpeg_ = -1;
-  int complaints_ = -1;  // a file of what ffmpeg writes to stderr
+  int complaints_ = -1;  // a file with what ffmpeg writes to stderr
   int process_ = -1;
 };
 

@@ -107,10 +107,10 @@ Json json_of(const Look& look) {
           {"water_surface", look.water_surface}};
 }
 
-/// The page's meshes: those of basic shapes once, one for each hull, compound and surface.
+/// The page's meshes: basic shapes once each, and one for each hull, compound and surface.
 class Meshes {
  public:
-  /// Number of the mesh for a shape; it is made where it is new.
+  /// Index of the mesh for a shape; creates it if it is new.
   std::size_t number(const Shape& shape, bool ground) {
     const void* part = shape.surface.get();
     if (shape.hull) part = shape.hull.get();
@@ -170,7 +170,7 @@ std::string replaced(std::string text, const std::string& mark, const std::strin
   return text.replace(at, mark.size(), value);
 }
 
-/// JSON inside a script element must not end it.
+/// JSON inside a script element must not end that element.
 std::string embedded(const Json& json) {
   std::string text = json.dump();
   for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) text.replace(at, 2, "<\\/");
@@ -219,7 +219,7 @@ void WebPage::add(const World& world) {
   std::vector<std::array<std::int32_t, channels>> now(entries_.size());
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     Entry& entry = entries_[i];
-    if (entry.last != frame) {  // it is gone and stays where it was
+    if (entry.last != frame) {  // it has gone and stays where it was
       std::copy_n(entry.before, channels, now[i].begin());
       continue;
     }
@@ -227,7 +227,7 @@ void WebPage::add(const World& world) {
     const float p[3] = {pose.position.x, pose.position.y, pose.position.z};
     for (int c = 0; c < 3; ++c) now[i][c] = static_cast<std::int32_t>(std::lround(clamp(p[c] / quantum_, -1e9f, 1e9f)));
     const float q[4] = {pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z};
-    // A quaternion and its negative turn alike: the one nearer to the last is taken.
+    // A quaternion and its negative are the same rotation: use the one nearer to the last.
     float along = 0;
     for (int c = 0; c < 4; ++c) along += q[c] * static_cast<float>(entry.before[3 + c]);
     const float steps = along < 0 ? -rotation_steps : rotation_steps;
@@ -271,7 +271,7 @@ std::string WebPage::html(bool under_water, float azimuth, float elevation) cons
   }
   Aabb view = view_;
   if (ground > -1e30f && ground < view.upper.z) view.lower.z = ground;
-  // The page's controls hide its lower edge.
+  // The page's controls hide the lower edge.
   view.lower.z -= 0.1f * (view.upper.z - view.lower.z);
   const Camera camera = camera_on(view, azimuth, elevation, 16.0f / 9.0f);
   const float size = length(view.upper - view.lower);

@@ -1,8 +1,8 @@
 // A page that plays a run in any browser with WebGL 2: one file, nothing loaded from elsewhere.
 //
-// Positions are rounded to a five-hundredth of the smallest body, quaternions to 1/2000 a component. Per frame and
-// channel (x, y, z, then w, x, y, z) every body's difference to the linear continuation of its last two frames is
-// written as a zigzag variable-length integer, so that bodies at rest cost next to nothing once zlib has packed it.
+// Positions are rounded to a five-hundredth of the smallest body, quaternions to 1/2000 per component. Per frame and
+// channel (x, y, z, then w, x, y, z) every body's difference from the linear extrapolation of its last two frames is
+// written as a zigzag variable-length integer, so that bodies at rest cost next to nothing after zlib's compression.
 #pragma once
 
 #include <cstdint>
@@ -18,12 +18,12 @@ namespace fathom::render {
 
 class WebPage {
  public:
-  /// `rate`: frames a simulated second.
+  /// `rate`: frames per simulated second.
   WebPage(std::string name, double rate) : name_(std::move(name)), rate_(rate) {}
 
-  /// The next frame. Bodies may come and go between frames; a body that is gone must not come back.
+  /// Adds a frame. Bodies may come and go between frames; a body that has gone must not come back.
   void add(const World& world);
-  /// The page. `azimuth` and `elevation` of the first view (rad).
+  /// The page. `azimuth` and `elevation` of the initial view (rad).
   std::string html(bool under_water, float azimuth, float elevation) const;
   std::size_t frames() const { return known_.size(); }
 
@@ -31,7 +31,7 @@ class WebPage {
   static constexpr int channels = 7;
   struct Entry {
     BodyId id;
-    std::size_t first = 0, last = 0;  // frames in which it is there
+    std::size_t first = 0, last = 0;  // frames in which it exists
     Shape shape;
     Colour colour;
     bool ground = false, dynamic = false;
@@ -45,10 +45,10 @@ class WebPage {
   double rate_;
   std::vector<Entry> entries_;
   std::vector<std::size_t> entry_of_slot_;
-  std::vector<std::size_t> known_;  // by frame: how many entries there are
+  std::vector<std::size_t> known_;  // number of entries by frame
   std::vector<std::uint8_t> stream_;
   float quantum_ = 0;  // m
-  Aabb view_{};        // of all that moves, in all frames
+  Aabb view_{};        // of everything that moves, in all frames
   WorldColours colours_;
 };
 

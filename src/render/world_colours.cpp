@@ -13,7 +13,7 @@ constexpr Colour fixed_colour{150, 152, 156};
 constexpr Colour kinematic_colour{214, 214, 220};
 constexpr std::uint8_t asleep = 128;
 
-/// A little lighter or darker, so that neighbours of one colour differ.
+/// Slightly lighter or darker, so that neighbours of the same colour differ.
 Colour varied(Colour colour, std::uint32_t slot) {
   const float factor = 1.0f + 0.16f * (static_cast<float>((slot * 2654435761u) >> 24) / 255.0f - 0.5f);
   const auto vary = [factor](std::uint8_t v) {
@@ -60,7 +60,7 @@ void WorldColours::colour_new_bodies(const World& world) {
   }
 }
 
-// Bodies that touch, fixed ones apart: the lowest slot of each island, by union-find with path halving.
+// Islands of touching bodies, ignoring fixed ones: the lowest slot of each, by union-find with path halving.
 void WorldColours::find_islands(const World& world) {
   island_.resize(slots_of(world));
   for (std::uint32_t slot = 0; slot < island_.size(); ++slot) island_[slot] = slot;

@@ -10,16 +10,16 @@
 
 namespace fathom::render {
 
-/// What a body's colour tells.
+/// What a body's colour shows.
 enum class Colouring : std::uint8_t {
-  start,   ///< how high it was at the start, where bodies started in layers; else it only tells bodies apart
+  start,   ///< its initial height if bodies started in layers; otherwise only tells bodies apart
   speed,   ///< dark blue: at rest, red: 5 m/s and more
-  island,  ///< bodies that touch each other have one colour
+  island,  ///< bodies that touch each other share a colour
 };
 
 class WorldColours {
  public:
-  /// Colours by slot, alpha below 255 for bodies that sleep. Valid until the next call.
+  /// Colours by slot, alpha below 255 for sleeping bodies. Valid until the next call.
   std::span<const Colour> update(const World& world, Colouring colouring = Colouring::start);
 
  private:
@@ -27,7 +27,7 @@ class WorldColours {
   void find_islands(const World& world);
   Colour colour_of(const World& world, BodyId id, Colouring colouring) const;
 
-  std::vector<BodyId> known_;  // by slot, as the others
+  std::vector<BodyId> known_;  // by slot, like the others
   std::vector<Colour> start_;
   std::vector<Colour> colours_;
   std::vector<std::uint32_t> island_;  // the lowest slot of the body's island

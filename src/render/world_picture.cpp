@@ -6,9 +6,9 @@ namespace fathom::render {
 namespace {
 
 constexpr float floor_half_width = 5.0f;  // m
-constexpr int read_every = 30;            // updates with poses on the device
+constexpr int read_every = 30;            // updates, with poses on the device
 
-/// Whether `wall` stands beside `inside` over its whole height: along x (axis 0) or y, on the lower or the upper side.
+/// Whether `wall` covers `inside` over its whole height: along x (axis 0) or y, on the lower or the upper side.
 bool covers(const Aabb& wall, const Aabb& inside, int axis, bool upper) {
   const int across = 1 - axis;
   const bool is_beyond = upper ? wall.lower[axis] >= inside.upper[axis] : wall.upper[axis] <= inside.lower[axis];
@@ -28,7 +28,7 @@ bool is_ground(const World& world, BodyId id) {
 
 std::vector<BodyId> bin_walls(const World& world) {
   const Aabb bounds = moving_bounds(world);
-  const Aabb inside = grown(bounds, -0.1f * min_component(half_extents(bounds)));  // some lean against the walls
+  const Aabb inside = grown(bounds, -0.1f * min_component(half_extents(bounds)));  // some bodies lean against the walls
   std::vector<BodyId> walls;
   for (int side = 0; side < 4; ++side) {
     const std::size_t before = walls.size();
@@ -85,7 +85,7 @@ Aabb moving_bounds(const World& world) {
       if (!is_ground(world, id)) shown.push_back(id);
   }
   if (shown.empty()) return {{-5, -5, -1}, {5, 5, 4}};
-  // Bounds of all but the outermost hundredth on each side of each axis.
+  // Bounds without the outermost hundredth on each side of each axis.
   Aabb box{{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}};
   float low[3], high[3];
   std::vector<float> values(shown.size());

@@ -12,16 +12,16 @@ namespace fathom::render {
 
 class WorldPicture {
  public:
-  /// Gives the renderer the world's bodies where they have changed, their colours and their poses. The walls of a bin
-  /// around all that moves are left out, so that it is seen.
-  /// Poses on the GPU that draws do not pass through the host. What the host would have to read poses for, the
-  /// bounds and which bodies sleep, is then brought up to date every 30th time, or where `exact` asks for it.
+  /// Passes the world's bodies, if they have changed, and their colours and poses to the renderer. The walls of a bin
+  /// around everything that moves are left out, so that the inside is visible. Poses on the rendering GPU do not pass
+  /// through the host. Then the data for which the host would have to read poses, that is the bounds and which bodies
+  /// sleep, are updated only every 30th time, or if `exact` is true.
   void update(const World& world, Renderer& renderer, Colouring colouring = Colouring::start, bool exact = false);
 
-  /// `moving_bounds` (m) as of the last update that read poses.
+  /// `moving_bounds` (m) at the last update that read poses.
   const Aabb& moving() const { return moving_; }
 
-  /// Height (m) of the highest floor that is level.
+  /// Height (m) of the highest level floor.
   std::optional<float> ground_height() const { return ground_height_; }
 
  private:
@@ -35,10 +35,10 @@ class WorldPicture {
   std::optional<float> ground_height_;
 };
 
-/// A fixed box so wide that it is a floor, or a fixed surface.
+/// A fixed box wide enough to be a floor, or a fixed surface.
 bool is_ground(const World& world, BodyId id);
 
-/// The fixed bodies that wall in all that moves on its four sides, so that nobody could see it; else none.
+/// The fixed bodies that wall in everything that moves on all four sides and would hide it; empty if there are none.
 std::vector<BodyId> bin_walls(const World& world);
 
 /// Bounds (m) of the dynamic bodies without the most distant, so that a few strays do not count; of all bodies but

@@ -14,7 +14,7 @@ layout(std430, binding = 0) readonly buffer Poses { Pose poses[]; };
 layout(std430, binding = 1) readonly buffer Instances { Instance instances[]; };
 layout(std430, binding = 2) readonly buffer Colours { uint colours[]; };
 
-// An instance of the draw call is several copies of the mesh, one a body.
+// An instance of the draw call is several copies of the mesh, one per body.
 layout(location = 0) uniform uint first_body;
 layout(location = 1) uniform uint copies;
 layout(location = 2) uniform uint vertices_of_copy;

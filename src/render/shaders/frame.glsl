@@ -1,9 +1,9 @@
-// What a whole frame shares; the order is that of FrameBlock in renderer.cpp.
+// Data of a whole frame, in the order of FrameBlock in renderer.cpp.
 layout(std140, binding = 0) uniform Frame {
   mat4 view_projection;
   mat4 shadow_matrix;  // world to the shadow map's texture coordinates and depth
   vec4 eye;            // m
-  vec4 camera_right;   // scaled to the picture's edge, as the next
+  vec4 camera_right;   // scaled to the picture's edge, like the next
   vec4 camera_up;
   vec4 camera_ahead;
   vec4 viewport;       // width, height (pixels), a shadow texel (m)

@@ -1,5 +1,5 @@
-// Light, air and water, for the renderer and for the web page. Colours are linear here.
-// The look_ values are those of look.hpp. WATER is defined under water: software renderers follow both ways of a branch.
+// Light, air and water, for the renderer and for the web page. Colours are linear here. The look_ values are those of
+// look.hpp. WATER is defined under water; software renderers would execute both sides of a branch.
 
 // sRGB's curves to within 0.3 % without powers (Chilliant, "sRGB approximations for HLSL", 2012).
 vec3 to_linear(vec3 c) { return c * (c * (c * 0.305306011 + 0.682171111) + 0.012522878); }
@@ -9,14 +9,14 @@ vec3 to_srgb(vec3 c) {
   return 0.662002687 * a + 0.684122060 * b - 0.323583601 * d - 0.0225411470 * c;
 }
 
-// A shoulder for what is brighter than white (Narkowicz 2016, fitted to the ACES curve).
+// A shoulder for values brighter than white (Narkowicz 2016, fitted to the ACES curve).
 vec3 tone(vec3 c) { return (c * (2.51 * c + 0.03)) / (c * (2.43 * c + 0.59) + 0.14); }
 
 vec3 background(vec3 direction) {
   return mix(look_horizon.rgb, direction.z > 0.0 ? look_zenith.rgb : look_nadir.rgb, sqrt(abs(direction.z)));
 }
 
-// The share of light that air or water lets through over a distance, by channel.
+// The fraction of light that passes through air or water over a distance, by channel.
 vec3 transmission(float way) { return exp(-way * look_extinction.rgb); }
 
 // Light from the sky and from the ground, by the height of the normal.
@@ -24,7 +24,7 @@ vec3 ambient(vec3 normal) {
   return mix(look_ambient_down.rgb, look_ambient_up.rgb, 0.5 + 0.5 * normal.z);
 }
 
-// Light that the surface waves gather on what lies under water: two wave patterns multiplied.
+// Caustics: light that surface waves focus on objects under water, as a product of two wave patterns.
 float caustics(vec3 p, float time) {
   vec2 q = p.xy * 0.9;
   float a = sin(q.x + 0.7 * sin(q.y * 1.3 + time)) + sin(q.y * 1.1 + 0.8 * sin(q.x * 0.9 - 0.8 * time));
@@ -34,7 +34,7 @@ float caustics(vec3 p, float time) {
   return (c * c) * (c * c);
 }
 
-// Colour of a lit surface as seen from the eye, as sRGB.
+// Colour of a lit surface as seen from the eye, in sRGB.
 vec3 lit(vec3 albedo, vec3 position, vec3 normal, float gloss, float sunlit) {
   vec3 to_eye = eye.xyz - position;
   float range = length(to_eye);
@@ -42,7 +42,7 @@ vec3 lit(vec3 albedo, vec3 position, vec3 normal, float gloss, float sunlit) {
   vec3 sun = look_sun_direction.xyz;
   vec3 sun_colour = look_sun_colour.rgb;
 #if defined(WATER)
-  // The sun's light has come through the water above.
+  // Sunlight is attenuated by the water above.
   sun_colour *= transmission(max(look_water.x - position.z, 0.0)) * (0.7 + 1.6 * caustics(position, look_water.y));
 #endif
   float facing = max(dot(normal, sun), 0.0);
@@ -59,8 +59,8 @@ vec3 lit(vec3 albedo, vec3 position, vec3 normal, float gloss, float sunlit) {
   return to_srgb(tone(colour * through + air * (1.0 - through)));
 }
 
-// Lines of a grid, averaged over the pixel's footprint (Quilez, "Filterable procedurals", 2018). `share` of the
-// spacing is line.
+// Lines of a grid, averaged over the pixel's footprint (Quilez, "Filterable procedurals", 2018). `share` is the
+// fraction of the spacing covered by a line.
 float grid_lines(vec2 p, float spacing, float share) {
   vec2 q = p / spacing + 0.5 * share;
   vec2 w = max(abs(dFdx(q)), abs(dFdy(q))) + 1e-4;

@@ -7,17 +7,17 @@ struct Mark {
 layout(std430, binding = 3) readonly buffer Marks { Mark marks[]; };
 
 flat out vec4 mark_colour;
-out vec2 across;     // pixels from the middle line
+out vec2 across;     // pixels from the centre line
 flat out vec2 size;  // half length and half width (pixels)
 
-// A line of constant width in pixels as two triangles; a dot where both ends are one point.
+// A line of constant width in pixels as two triangles; a dot if both ends are the same point.
 void main() {
   Mark mark = marks[gl_VertexID / 6];
   int corner = gl_VertexID % 6;
   bool second = corner == 1 || corner == 2 || corner == 4;
   float side = (corner == 2 || corner == 4 || corner == 5) ? 1.0 : -1.0;
   vec4 a = view_projection * vec4(mark.a, 1.0), b = view_projection * vec4(mark.b, 1.0);
-  // An end behind the eye is brought before it.
+  // Clips an end behind the eye to a point in front of it.
   float near = 1e-3;
   if (a.w < near) a = mix(b, a, (b.w - near) / max(b.w - a.w, 1e-9));
   if (b.w < near) b = mix(a, b, (a.w - near) / max(a.w - b.w, 1e-9));
@@ -32,6 +32,6 @@ void main() {
   size = vec2(0.5 * len, 0.5 * mark.width);
   across = vec2((second ? 1.0 : -1.0) * (0.5 * len + half_width), side * half_width);
   mark_colour = unpackUnorm4x8(mark.colour);
-  // A little nearer than it is (depth is reversed), so that what lies in a body's surface is seen.
+  // Slightly nearer (depth is reversed), so that marks in the surface of a body are visible.
   gl_Position = vec4(here.xy + offset / pixels * here.w, 1.003 * here.z, here.w);
 }

@@ -1,6 +1,6 @@
 'use strict';
-// Plays a recording of a run: see web_page.hpp for its form. Drag to orbit, right button or two fingers to move,
-// wheel or pinch to come nearer, space to pause, arrow keys to step, 0 to go back to the first view.
+// Plays a recording of a run: see web_page.hpp for its format. Drag to orbit, right button or two fingers to move,
+// wheel or pinch to zoom, space to pause, arrow keys to step, 0 to return to the initial view.
 (async () => {
   const page = document.documentElement, text = id => document.getElementById(id).textContent;
   const fail = message => {
@@ -19,7 +19,7 @@
   const stream = new Uint8Array(
     await new Response(packed.stream().pipeThrough(new DecompressionStream('deflate'))).arrayBuffer());
 
-  // --- motion: seven channels a body and frame, each the difference to what the last two frames let expect ----------
+  // --- motion: seven channels per body and frame, as differences from the extrapolation of the last two frames ------
   const bodies = scene.bodies, count = bodies.length, frames = scene.frames.length, channels = 7;
   const motion = new Int32Array(frames * count * channels);
   {
@@ -150,7 +150,7 @@
     const right = unit(cross([0, 0, 1], back));
     return {back, right, up: cross(back, right), eyeAt: add(camera.target, back, camera.distance)};
   };
-  // From how far all that moves is seen in a window of this shape, as camera_on of the pictures has it.
+  // Distance at which everything that moves is visible at this aspect ratio, as in camera_on (camera.hpp).
   const firstAxes = cameraAxes();
   const farEnough = aspect => {
     const tan = Math.tan(fieldOfView / 2), half = scene.camera.half_extents;
@@ -160,7 +160,7 @@
       return 1.06 * (Math.max(across, upwards) / tan + dot(corner, firstAxes.back));
     }));
   };
-  // A window that changes its shape, as a phone that is turned does, shows as much as before.
+  // A window that changes its shape, such as a rotated phone, shows as much as before.
   const fit = aspect => {
     const distance = farEnough(aspect);
     camera.distance *= distance / first.distance;
@@ -170,7 +170,7 @@
   // --- state --------------------------------------------------------------------------------------------------------
   const wanted = new URLSearchParams(location.hash.slice(1));
   const duration = (frames - 1) / scene.rate, speeds = [1, 2, 0.25, 0.5];
-  const start = Number(wanted.get('t'));  // what is no number begins at 0, what is beyond an end at that end
+  const start = Number(wanted.get('t'));  // not a number: starts at 0; beyond an end: starts at that end
   let time = Math.min(duration, Math.max(0, start || 0)), playing = !wanted.has('paused') && frames > 1, speed = 1, last = 0;
   const slider = document.getElementById('slider'), play = document.getElementById('play');
   const clock = document.getElementById('time'), speedButton = document.getElementById('speed');
@@ -235,7 +235,7 @@
   }, {passive: false});
 
   // --- drawing ------------------------------------------------------------------------------------------------------
-  const low = [0, 0, 0], high = [0, 0, 0];  // of what throws shadows
+  const low = [0, 0, 0], high = [0, 0, 0];  // bounds of what casts shadows
   const placeBodies = () => {
     const at = Math.min(time, duration) * scene.rate, frame = Math.min(frames - 1, Math.floor(at));
     const next = Math.min(frames - 1, frame + 1), share = at - frame;
@@ -244,7 +244,7 @@
     for (let i = 0; i < count; ++i) {
       const body = bodies[order[i]], to = 7 * i;
       if (frame < body.first || frame > body.last) {
-        poses.fill(0, to, to + 7);  // a body that is not there has no extent
+        poses.fill(0, to, to + 7);  // an absent body has no extent
         continue;
       }
       const a = channels * (frame * count + order[i]);
@@ -283,7 +283,7 @@
     const side = Math.max(most[0] - least[0], most[1] - least[1]);
     most[0] = least[0] + side;
     most[1] = least[1] + side;
-    most[2] += 200;  // what stands nearer to the sun throws its shadow too
+    most[2] += 200;  // objects nearer to the sun cast shadows too
     const scale = [0, 1, 2].map(c => 2 / (most[c] - least[c]));
     const projection = [scale[0], 0, 0, 0, 0, scale[1], 0, 0, 0, 0, -scale[2], 0,
       -(most[0] + least[0]) * scale[0] / 2, -(most[1] + least[1]) * scale[1] / 2, (most[2] + least[2]) * scale[2] / 2, 1];
