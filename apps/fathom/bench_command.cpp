@@ -1,4 +1,4 @@
-// `fathom bench`: the published experiment repeated, other engines, comparisons.
+// `fathom bench`: repeats the published experiment, measures other engines, compares results.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -22,7 +22,7 @@ std::string clock_text(double seconds) {
                    : fmt::format("{}:{:02}", s / 60, s % 60);
 }
 
-/// On a terminal a line that is written over ten times a second, elsewhere a line a run.
+/// On a terminal a line that is overwritten ten times per second, elsewhere one line per run.
 class ProgressLine {
  public:
   explicit ProgressLine(bool on) : on_(on), terminal_(stderr_is_terminal()) {}
@@ -85,7 +85,7 @@ int report_command(const std::string& folder) {
 }
 
 int peers_command(PeersOptions options) {
-  const bool reports = options.peers.json.empty();  // the report shows what its folder holds
+  const bool reports = options.peers.json.empty();  // the report shows the content of its folder
   const Store store(options.out);
   if (reports) {
     peers::check(options.peers);

@@ -70,7 +70,7 @@ void declare_compare(CLI::App& command, CompareOptions& options) {
 
 void declare_bench(CLI::App& command, BenchOptions& options) {
   command.require_subcommand(1);
-  options.campaign.settings.limits.seconds = 0;  // by the form
+  options.campaign.settings.limits.seconds = 0;  // depends on the form
   CLI::App* campaign = command.add_subcommand("campaign", "Repeat the published experiment and write its report");
   declare_campaign(*campaign, options.campaign);
   options.campaign_command = campaign;

@@ -1,4 +1,4 @@
-// What `fathom bench` is asked for.
+// Options of `fathom bench`.
 #pragma once
 
 #include <string>

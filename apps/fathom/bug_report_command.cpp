@@ -1,4 +1,4 @@
-// `fathom bug-report`: everything that somebody else needs to see what went wrong, in one folder.
+// `fathom bug-report`: everything that others need to see what went wrong, in one folder.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t steps_of_report = 300;
 
-/// The folder of the report.
+/// The report's folder.
 class Folder {
  public:
   explicit Folder(const std::string& path) : path_(path) {
@@ -45,7 +45,7 @@ class Folder {
   fs::path path_;
 };
 
-/// Runs the scene and records it; what is wrong is written down, as that may be what the report is about.
+/// Runs the scene and records it; errors are written down, as the report may be about them.
 std::string run_text(const BugReportOptions& options, const Folder& folder) {
   try {
     Setup setup = make_setup(options.run);
@@ -64,7 +64,7 @@ std::string run_text(const BugReportOptions& options, const Folder& folder) {
   }
 }
 
-/// The scene's file as it stands; files that it names are not copied, the recording has what they hold.
+/// Copies the scene's file; files that it names are not copied, because the recording has their content.
 void copy_scene(const std::string& scene, const Folder& folder) {
   std::error_code failure;
   if (!fs::is_regular_file(scene, failure)) return;
@@ -80,7 +80,7 @@ int bug_report(const BugReportOptions& options) {
   std::string text =
       fmt::format("What happened, and what did you expect?\n\n  (write it here)\n\nCommand: {}\n\n{}\n\n{}",
                   options.command_line, version_text(), machine_text());
-  // First, so that it is there if the run takes the program down with it.
+  // First, so that it exists even if the run crashes the program.
   folder.write("report.txt", text);
   if (!options.run.scene.empty()) {
     copy_scene(options.run.scene, folder);

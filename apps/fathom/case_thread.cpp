@@ -14,7 +14,7 @@
 namespace fathom::cli {
 namespace {
 
-constexpr std::chrono::milliseconds look_interval{50};  // for Ctrl-C
+constexpr std::chrono::milliseconds look_interval{50};  // for checking Ctrl-C
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Cases of the validation on a thread of their own: Ctrl-C ends the wait for one that would take minutes.
+// Runs validation cases on a separate thread: Ctrl-C ends the wait for a case that would take minutes.
 #pragma once
 
 #include <functional>
@@ -12,16 +12,16 @@ namespace fathom::cli {
 
 class CaseThread {
  public:
-  /// `tell` hears of each case that ended, and what the setup's `say` is told; never both at once. All must live until
+  /// `tell` is called for each case that ends, and the setup's `say` as usual; never both at once. All must live until
   /// the process ends.
   CaseThread(std::vector<const validate::Case*> list, const validate::Setup& setup,
              std::function<void(const validate::Result&)> tell);
 
-  /// Waits for the end of all cases, or for Ctrl-C: false. What a case throws is thrown here.
+  /// Waits for the end of all cases; false on Ctrl-C. Rethrows what a case throws.
   bool wait();
-  /// Those of cases that ended.
+  /// Results of the cases that have ended.
   std::vector<validate::Result> results() const;
-  /// Ends the process in place of a thread that cannot be ended; what was printed is flushed.
+  /// Ends the process instead of a thread that cannot be ended; flushes what was printed.
   [[noreturn]] static void leave(int exit_code);
 
  private:

@@ -1,4 +1,4 @@
-// The subcommands. Each returns the program's exit code and throws `Error` on what it cannot do.
+// The subcommands. Each returns the program's exit code, and throws `Error` on failure.
 #pragma once
 
 #include "options.hpp"
@@ -20,7 +20,7 @@ int config(const ConfigOptions& options);
 int table(const TableOptions& options);
 int bench(const BenchOptions& options);
 int validate(const ValidateOptions& options);
-/// Writes a folder that says what happened where.
+/// Writes a folder for an error report.
 int bug_report(const BugReportOptions& options);
 
 }  // namespace fathom::cli

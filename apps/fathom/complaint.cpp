@@ -12,14 +12,14 @@
 namespace fathom::cli {
 namespace {
 
-/// The innermost subcommand in use.
+/// The innermost parsed subcommand.
 const CLI::App& innermost(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands({}))
     if (command->parsed()) return innermost(*command);
   return app;
 }
 
-/// The subcommand that has words left that it does not know; it is the innermost that has.
+/// The innermost subcommand with words left that it does not know.
 const CLI::App& puzzled(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands({})) {
     if (!command->parsed()) continue;
@@ -68,7 +68,7 @@ std::string complaint_of(const CLI::App& app, const CLI::ParseError& error) {
     return unknown_option(*option, where);
   if (!words.empty()) return unknown_word(words.front(), where);
   std::string text = error.what();
-  // One line, whatever CLI11 makes of it.
+  // One line, whatever CLI11's format.
   while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
   return fmt::format("{}; {}", text, see_help(innermost(app)));
 }

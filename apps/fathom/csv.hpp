@@ -1,4 +1,4 @@
-// A row a step: each stage's milliseconds and the counts.
+// One row per step: each stage's milliseconds and the counts.
 #pragma once
 
 #include <fathom/profile.hpp>

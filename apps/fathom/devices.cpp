@@ -10,7 +10,7 @@ namespace {
 
 std::string selection_of(const exec::DeviceInfo& device) {
   const std::string_view backend = exec::name_of(device.backend);
-  // Only these can be several; one that stands for none has no number.
+  // Only these back ends can have several devices; an entry for none has no number.
   const bool is_numbered = device.backend != exec::Backend::host && !device.name.empty();
   return is_numbered ? fmt::format("{}:{}", backend, device.index) : std::string(backend);
 }

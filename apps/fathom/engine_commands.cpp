@@ -55,7 +55,7 @@ int config(const ConfigOptions& options) {
 
 namespace {
 
-/// Thrown through a replay by Ctrl-C.
+/// Thrown on Ctrl-C, through a replay.
 struct Interrupted {
   std::uint64_t step;
 };
@@ -63,7 +63,7 @@ struct Interrupted {
 }  // namespace
 
 int replay(const ReplayOptions& options) {
-  exec::parse_device(options.device);  // a run of the native simulator does not ask for it
+  exec::parse_device(options.device);  // checks the name, which a replay on the native simulator would not read
   const auto start = std::chrono::steady_clock::now();
   const InterruptGuard interrupt;
   engine::ReplaySettings settings{.threads = options.threads, .device = options.device};

@@ -1,4 +1,4 @@
-// What the command line asks of the engine: its configuration, and replays.
+// Command-line options of the engine: its configuration, and replays.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ class Config;
 
 namespace fathom::cli {
 
-/// A configuration file and single keys over it.
+/// A configuration file and individual keys that override it.
 struct ConfigSources {
   std::string file;
   std::vector<std::string> sets;  ///< "key=value"
@@ -32,7 +32,7 @@ struct ReplayOptions {
 void declare_config_sources(CLI::App& command, ConfigSources& sources);
 void declare_replay(CLI::App& command, ReplayOptions& options);
 
-/// Repeats a recording and compares: `finished`, or `failed` where it differs.
+/// Repeats a recording and compares: `finished`, or `failed` if it differs.
 int replay(const ReplayOptions& options);
 
 }  // namespace fathom::cli

@@ -44,24 +44,24 @@ int stdout_is_lost(const std::string& why) {
   return complain(fmt::format("stdout: could not be written to its end ({}); is the disk full?", why), bad_request);
 }
 
-/// What reads the output must hear that a part is missing.
+/// The reader of the output must learn that a part is missing.
 int flushed(int code) {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
   return stdout_is_lost(std::strerror(errno));
 }
 
-/// A script's variable that is not set gives an empty word, which must not mean "none" or 0.
+/// An unset variable in a script gives an empty word, which must not mean "none" or 0.
 void refuse_empty_values(CLI::App& app) {
   const auto fault = [](std::string& text) {
     return text.empty() ? "is empty; give it a value, or leave it out" : std::string();
   };
-  // A "transform" comes before the option's own checks.
+  // A "transform" runs before the option's own checks.
   for (CLI::Option* option : app.get_options())
     if (option->get_items_expected_min() > 0) option->transform(CLI::Validator(fault, ""));
   for (CLI::App* command : app.get_subcommands({})) refuse_empty_values(*command);
 }
 
-/// The subcommands with their options.
+/// The subcommands and their options.
 class Program {
  public:
   Program() : app_("Fathom: real-time rigid-body physics. Runs scenes without a window and measures them.", "fathom") {
@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return complain("not enough memory; ask for fewer bodies", failed);
   } catch (const std::system_error& error) {
-    // fmt's own, where stdout cannot take what is printed.
+    // thrown by fmt if stdout cannot accept what is printed
     return std::ferror(stdout) ? stdout_is_lost(error.code().message()) : complain(error.what(), failed);
   } catch (const std::exception& error) {
     return complain(error.what(), failed);

@@ -1,4 +1,4 @@
-// What the command line asks for.
+// Command-line options.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +18,19 @@ namespace fathom::cli {
 /// Exit codes of the program.
 enum Exit : int {
   finished = 0,      ///< the run finished and every state is finite
-  failed = 1,        ///< a state is not finite, or the run could not go on
+  failed = 1,        ///< a state is not finite, or the run could not continue
   bad_request = 2,   ///< the command line, a scene or a file is wrong
-  interrupted = 130  ///< Ctrl-C; what was measured is written
+  interrupted = 130  ///< Ctrl-C; measurements so far are written
 };
 
-/// Which simulator, on what.
+/// Which simulator, on which device.
 struct SimulatorOptions {
   std::optional<SimulatorKind> simulator;
   std::optional<std::string> device;
   std::optional<int> threads;
 };
 
-/// Options of `fathom run`. What is absent stays as the scene has it.
+/// Options of `fathom run`. Absent values are the scene's own.
 struct RunOptions {
   std::string scene;  ///< an environment's name or a scene file's path
   std::optional<std::int64_t> bodies;
@@ -59,7 +59,7 @@ struct RunOptions {
   ConfigSources config;
   bool quiet = false;
 
-  /// Whether any option is given that decides what a scene's states are, or what computes them.
+  /// Whether an option is given that affects the states, or what computes them.
   bool decides_states() const;
 };
 
@@ -69,15 +69,15 @@ struct TableOptions {
 
 /// Options of `fathom config`.
 struct ConfigOptions {
-  RunOptions run;     ///< for what; a scene may be absent
+  RunOptions run;     ///< what to configure; the scene may be absent
   std::string write;  ///< path; empty: print
 };
 
 /// Options of `fathom bug-report`.
 struct BugReportOptions {
-  RunOptions run;  ///< what is run and recorded; a scene may be absent
+  RunOptions run;  ///< what is run and recorded; the scene may be absent
   std::string output = "fathom-bug-report";
-  std::string command_line;  ///< as it was given
+  std::string command_line;  ///< as given
 };
 
 /// Options of `fathom validate`.
@@ -86,20 +86,20 @@ struct ValidateOptions {
   SimulatorOptions simulator;
   bool brief = false;
   bool list = false;
-  std::optional<int> seeds;  ///< of the case heaps
+  std::optional<int> seeds;  ///< for the case heaps
   std::optional<std::uint64_t> first;
   std::string html;
   std::string json;
   bool quiet = false;
 };
 
-/// Declares what every command that simulates has: the scene, its size, the world, the configuration.
+/// Declares the options common to all commands that simulate: the scene, its size, the world, the configuration.
 void declare_scene(CLI::App& command, RunOptions& options, bool required = true);
-/// Declares for how long a scene runs; `help` is that of --steps.
+/// Declares how long a scene runs; `help` is that of --steps.
 void declare_duration(CLI::App& command, RunOptions& options, const std::string& help = "Steps to simulate (1800)");
 /// Declares the options of a subcommand; parsing fills them.
 void declare_run(CLI::App& command, RunOptions& options);
-/// Of these `fathom play` has the scene and how long it runs; the configuration says the rest.
+/// Of these, `fathom play` has the scene and its duration; the configuration covers the others.
 void declare_play(CLI::App& command, RunOptions& options);
 void declare_config(CLI::App& command, ConfigOptions& options);
 void declare_table(CLI::App& command, TableOptions& options);

@@ -10,7 +10,7 @@ namespace fathom::cli {
 
 struct Output::State : std::streambuf {
   explicit State(const std::string& path) : file(path), stream(this) {
-    stream.exceptions(std::ios::badbit);  // passes on what the file throws
+    stream.exceptions(std::ios::badbit);  // rethrows what the file throws
   }
 
   int_type overflow(int_type c) override {

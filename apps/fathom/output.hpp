@@ -1,4 +1,4 @@
-// Where a command writes its figures.
+// The output of a command.
 #pragma once
 
 #include <iosfwd>
@@ -10,7 +10,7 @@ namespace fathom::cli {
 /// A file as `files::OutputFile` writes it, stdout for "-", or nothing for an empty path.
 class Output {
  public:
-  /// Opens it before the run, so that a run is not lost to a wrong path. Throws `Error{file}`.
+  /// Opens it before the run, so that a wrong path does not cost a run. Throws `Error{file}`.
   explicit Output(std::string path);
   ~Output();
   Output(const Output&) = delete;
@@ -18,9 +18,9 @@ class Output {
 
   bool wanted() const { return !path_.empty(); }
   bool is_stdout() const;
-  /// What is written to it throws `Error{file}` where it cannot be, e.g. on a full disk.
+  /// Writing to it throws `Error{file}` on failure, for example on a full disk.
   std::ostream& stream();
-  /// Throws `Error{file}` where something could not be written; an earlier file is then as it was.
+  /// Throws `Error{file}` if something could not be written; an earlier file is then unchanged.
   void finish();
 
  private:

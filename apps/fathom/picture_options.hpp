@@ -1,4 +1,4 @@
-// Options that `fathom render` and `fathom view` share.
+// Options shared by `fathom render` and `fathom view`.
 #pragma once
 
 #include <optional>

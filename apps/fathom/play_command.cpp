@@ -32,7 +32,7 @@ std::unique_ptr<engine::FrontEnd> open_window(const engine::Config& config) {
 #endif
 }
 
-/// From a corner, far enough to see what can move.
+/// From a corner, far enough to see everything that can move.
 engine::Camera overview(const Scene& scene) {
   Aabb all{};
   bool any = false;
@@ -76,7 +76,7 @@ int play(const RunOptions& options) {
   bind_keys(config);
   if (options.quiet && !config.is_set("log.level"))
     config.give("log.level", "--quiet", [](engine::Settings& settings) { settings.log.level = "warning"; });
-  // A scene begins with all its bodies, however many an application may add to it in a frame.
+  // A scene starts with all its bodies, however many an application may add per frame.
   if (config.origin("world.spawns_per_frame") == "default")
     config.edit().world.spawns_per_frame =
         std::max(config->world.spawns_per_frame, static_cast<int>(scene.bodies.size()) + 1);
@@ -104,7 +104,7 @@ int play(const RunOptions& options) {
   const std::string summary =
       fmt::format("{}: {} frames, {} steps, {:.2f} s simulated, {} entities\n  state hash             {:016x}\n",
                   scene.name, engine.stats().frame, engine.steps(), engine.time(), engine.world().count(), hash);
-  // A file on stdout stands alone there.
+  // A file on stdout must be the only output there.
   if (!options.quiet && std::ranges::any_of(outputs_of(*config), files::is_stdout, &KeyAndFile::second))
     tell(summary);
   else if (!options.quiet)

@@ -21,7 +21,7 @@ std::string remaining_time(double seconds) {
   return fmt::format("{}:{:02}", s / 60, s % 60);
 }
 
-/// What room the text leaves, where that is enough to see anything.
+/// The bar, as wide as the text leaves room; empty if that is too little.
 std::string bar(double share, std::size_t text) {
   const int room = static_cast<int>(terminal_columns()) - static_cast<int>(text) - 4;
   const int width = std::min(widest_bar, room), filled = static_cast<int>(share * width);

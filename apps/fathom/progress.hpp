@@ -6,7 +6,7 @@
 
 namespace fathom::cli {
 
-/// Draws on stderr, ten times a second at most, and clears the line at its end. Nothing where it is off.
+/// Draws on stderr, at most ten times per second, and clears the line at the end. Does nothing if it is off.
 class Progress {
  public:
   Progress(std::uint64_t steps, bool on);

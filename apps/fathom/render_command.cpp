@@ -45,7 +45,7 @@ int render_run(const RenderOptions& options) {
   return InterruptGuard::requested() ? interrupted : finished;
 }
 
-/// The last time (s) that the command line names.
+/// The latest time (s) that the command line names.
 double latest_asked(const RenderOptions& options) {
   double latest = options.seconds && !(options.video.empty() && options.web.empty()) ? *options.seconds : 0;
   for (const double time : options.times()) latest = std::max(latest, time);
@@ -62,7 +62,7 @@ int render_recording(RenderOptions options) {
                     " is a recording, which says itself what was simulated; leave the options of the scene out");
   }
   const double asked = latest_asked(options);
-  // To its end, unless told otherwise.
+  // To the end, unless specified otherwise.
   if (!options.seconds) options.seconds = longest_film;
   const InterruptGuard interrupt;
   RenderOutputs outputs(options, fs::path(options.run.scene).stem().string(),
@@ -105,7 +105,7 @@ int render(const RenderOptions& options) {
   files::FileNames names = inputs_of(options.run);
   names.writes("--video", options.video);
   names.writes("--web", options.web);
-  // A folder of pictures is no file.
+  // Ignored if it is a folder of pictures.
   names.writes("-o", options.output);
   return is_recording(options.run.scene) ? render_recording(options) : render_run(options);
 }

@@ -10,7 +10,7 @@
 namespace fathom::cli {
 namespace {
 
-/// "1.5" or "1.5s"; throws on anything else.
+/// "1.5" or "1.5s"; throws for anything else.
 double seconds_of(std::string_view text) {
   const std::string_view number = text.ends_with("s") ? text.substr(0, text.size() - 1) : text;
   double value = 0;

@@ -1,4 +1,4 @@
-// What `fathom render` is asked for.
+// Options of `fathom render`.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ inline constexpr double longest_film = 1e6;  // s
 struct RenderOptions {
   RunOptions run;  ///< what is simulated
   std::string at;
-  std::string output;  ///< of pictures; empty for the default
+  std::string output;  ///< for pictures; empty for the default
   std::string video;
   std::string web;
   std::optional<double> seconds;
@@ -27,9 +27,9 @@ struct RenderOptions {
   /// The times of `--at` (s).
   std::vector<double> times() const;
   double film_seconds() const { return seconds.value_or(10); }
-  /// Where pictures go: a folder, or one picture's file.
+  /// Destination of pictures: a folder, or one picture's file.
   std::string picture_path() const { return output.empty() ? "shots" : output; }
-  /// Throws `Error` where an option says how something is that is not asked for.
+  /// Throws `Error` if an option configures something that is not requested.
   void check() const;
 };
 

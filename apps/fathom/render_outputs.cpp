@@ -12,14 +12,14 @@ namespace {
 using namespace fathom::render;
 namespace fs = std::filesystem;
 
-constexpr int film_rate = 60, page_rate = 30;  // frames a second; a page interpolates
+constexpr int film_rate = 60, page_rate = 30;  // frames per second; a page interpolates
 
 render::LookKind look_of(const RenderOptions& options, const World& world) {
-  // What drifts without gravity drifts in water.
+  // Scenes without gravity are shown under water.
   return options.look.value_or(length_squared(world.gravity()) == 0 ? LookKind::water : LookKind::daylight);
 }
 
-/// "000.50": two decimals, and more where two cannot tell the time from others.
+/// "000.50": two decimals, and more if two cannot distinguish times.
 std::string time_in_name(double time) {
   std::string text;
   for (int decimals = 2; decimals < 18; ++decimals) {
@@ -52,7 +52,7 @@ RenderOutputs::RenderOutputs(const RenderOptions& options, std::string name,
   const bool films = !options.video.empty() || !options.web.empty();
   last_ = stills_.empty() ? 0 : stills_.front();
   if (films) last_ = std::max(last_, options.film_seconds());
-  // A page alone is drawn by the browser.
+  // A page alone needs no context: the browser draws it.
   const render::GpuChoice gpu = parse_gpu(options.gpu);
   if (!stills_.empty() || !options.video.empty()) context_ = make_offscreen_context(gpu);
   if (!stills_.empty()) open_stills();

@@ -18,12 +18,13 @@
 
 namespace fathom::cli {
 
-/// Frames at even distances of simulated time: each at the step nearest to its time, several where steps are long.
+/// Frames at equal intervals of simulated time: each at the step nearest to its time, several at once if steps are
+/// long.
 class FrameClock {
  public:
   FrameClock(double rate, double seconds) : rate_(rate), seconds_(seconds) {}
 
-  /// How many frames are due at `time` (s), with steps of `dt`.
+  /// Number of frames due at `time` (s), with steps of `dt`.
   int due(double time, double dt);
 
  private:
@@ -33,15 +34,15 @@ class FrameClock {
 
 class RenderOutputs {
  public:
-  /// Opens everything, so that a run is not lost to a wrong path, a missing program or a machine that cannot draw.
-  /// `name` starts the pictures' names; `say` is told of each file when it is complete.
+  /// Opens everything, so that a wrong path, a missing program or a machine that cannot draw does not cost a run.
+  /// `name` is the prefix of the pictures' names; `say` is told of each file when it is complete.
   RenderOutputs(const RenderOptions& options, std::string name, std::function<void(const std::string&)> say);
 
-  /// Draws what is due. False where nothing is due after this.
+  /// Draws what is due. False if nothing is due later.
   bool visit(const World& world);
   /// Completes film and page.
   void finish();
-  /// Simulated time (s) at which the last thing is due.
+  /// Simulated time (s) of the last output.
   double last() const { return last_; }
 
  private:
@@ -55,7 +56,7 @@ class RenderOutputs {
   std::vector<double> stills_;  // s, latest first
   bool single_ = false;         // the output is one picture's file
   double last_ = 0;
-  // In this order: the context outlives what is made in it.
+  // In this order: the context outlives objects created in it.
   std::unique_ptr<render::OffscreenContext> context_;
   std::optional<render::Stage> stage_;
   std::optional<render::Video> video_;

@@ -9,11 +9,11 @@
 
 namespace fathom::cli {
 
-/// Keys keep the order they are written in.
+/// Keeps keys in the order they are written.
 using Json = nlohmann::ordered_json;
 
 Json to_json(const Scene& scene, const RunResult& result);
-/// A table for people, from what `to_json` wrote.
+/// A readable table from the output of `to_json`.
 std::string to_text(const Json& report);
 
 }  // namespace fathom::cli

@@ -24,7 +24,7 @@ void record(RunResult& result, const Profile& profile, double step_ms) {
 }
 
 void reserve(RunResult& result, std::uint64_t steps) {
-  // Memory that grows in the middle of a run would show as a slow step; beyond this it hardly does.
+  // A reallocation during a run would show as a slow step; beyond this size it hardly does.
   const auto room = static_cast<std::size_t>(std::min<std::uint64_t>(steps, 1'000'000));
   for (auto* series : {&result.step, &result.broad_phase, &result.narrow_phase, &result.collision_resolution}) {
     series->reserve(room);
@@ -40,7 +40,7 @@ RunResult simulate(const Scene& scene, std::uint64_t steps, const RunFileSetting
   RunFiles files(file_settings, scene, instance, world);
   RunResult result;
   reserve(result, steps);
-  // A body in quarantine has a finite pose again, but its state was not finite.
+  // A body in quarantine has a finite pose again, although its state was not finite.
   std::set<std::uint32_t> quarantined;
   while (result.step.size() < steps && !InterruptGuard::requested()) {
     files.prepare_step();

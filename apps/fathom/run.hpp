@@ -14,7 +14,7 @@
 
 namespace fathom::cli {
 
-/// What was measured, a value a step in the series (ms).
+/// Measurements, with one value per step in the series (ms).
 struct RunResult {
   std::vector<double> step;
   std::vector<double> broad_phase;
@@ -30,7 +30,7 @@ struct RunResult {
 /// Called after each step with its wall time (ms).
 using StepObserver = std::function<void(const Profile& profile, double step_ms)>;
 
-/// Runs the scene for so many steps, or until the caller's `InterruptGuard` is told to end.
+/// Runs the scene for `steps` steps, or until the caller's `InterruptGuard` requests an end.
 RunResult simulate(const Scene& scene, std::uint64_t steps, const RunFileSettings& files, const StepObserver& observe);
 
 }  // namespace fathom::cli

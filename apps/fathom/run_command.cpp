@@ -17,7 +17,7 @@
 namespace fathom::cli {
 namespace {
 
-/// The options' files, else the configuration's.
+/// The options' files, or else the configuration's.
 RunFileSettings run_files(const RunOptions& options, const engine::Config& config) {
   return {options.record.empty() ? config->record.file : options.record,
           options.trace.empty() ? config->trace.file : options.trace,
@@ -52,7 +52,7 @@ int exit_code(const RunResult& result) {
 }  // namespace
 
 int run(const RunOptions& options) {
-  // Over all of it: what was measured is written, whenever Ctrl-C comes.
+  // Covers everything: measurements are written, whenever Ctrl-C comes.
   const InterruptGuard interrupt;
   Setup setup = make_setup(options);
   choose_device(setup);
@@ -67,7 +67,7 @@ int run(const RunOptions& options) {
   const Json report = to_json(scene, result);
   if (json.wanted()) json.stream() << report.dump(2) << "\n";
   json.finish();
-  // A file on stdout stands alone there.
+  // A file on stdout must be the only output there.
   const bool taken =
       std::ranges::any_of(std::array{options.json, options.csv, files.record, files.trace}, files::is_stdout);
   if (!options.quiet && taken)

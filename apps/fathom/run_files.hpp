@@ -1,4 +1,4 @@
-// What a run leaves behind besides its figures: a recording and a trace.
+// What a run produces besides its figures: a recording and a trace.
 #pragma once
 
 #include <memory>
@@ -18,13 +18,13 @@ struct RunFileSettings {
   engine::RecordSettings recording;
 };
 
-/// Accompanies the steps of a scene's world. Does nothing but the scene's own part where no file is wanted.
+/// Accompanies the steps of a scene's world. If no file is wanted, only does the scene's own part.
 class RunFiles {
  public:
-  /// Throws `Error{file}` where a file cannot be written.
+  /// Throws `Error{file}` if a file cannot be written.
   RunFiles(const RunFileSettings& settings, const Scene& scene, SceneInstance& instance, World& world);
 
-  /// What the scene does before the next step, recorded.
+  /// The scene's actions before the next step, recorded.
   void prepare_step();
   void after_step(double step_ms);
   /// Completes the files. Throws `Error{file}`.

@@ -21,7 +21,7 @@ namespace {
 constexpr std::uint64_t default_steps = 1800;
 constexpr double max_steps = 1e9;
 
-/// Random scenes, which a seed decides.
+/// Random scenes determined by a seed.
 struct HeapMaker {
   std::string_view name;
   Heap (*make)(std::uint64_t seed);
@@ -84,7 +84,7 @@ Scene read_scene(const RunOptions& options) {
 
 using Simulator = engine::Settings::Simulator;
 
-/// Puts an option that was given over the configuration.
+/// Overrides the configuration with an option, if given.
 template <class T, class U>
 void give(engine::Config& config, const char* key, const char* option, T Simulator::*value,
           const std::optional<U>& given) {
@@ -115,7 +115,7 @@ engine::Config config_of(const RunOptions& options, const Scene& scene) {
   return config;
 }
 
-/// Options that the chosen algorithms do not read would seem to work.
+/// Options that the chosen algorithms do not read would only seem to work.
 void check_options(const RunOptions& options, const WorldDef& world) {
   const auto require = [](bool makes_sense, const char* complaint) {
     if (!makes_sense) throw Error(ErrorCode::invalid_argument, complaint);
@@ -141,7 +141,7 @@ void give_simulator(engine::Config& config, const SimulatorOptions& options) {
     throw Error(ErrorCode::invalid_argument,
                 "--device is what the simulators device and hybrid run on; leave it or --simulator native out");
   exec::parse_device(config->simulator.device);
-  // Who names one wants no other in its place.
+  // Naming a device or simulator rules out a fallback.
   if (options.device || options.simulator)
     config.give("simulator.fallback", options.device ? "--device" : "--simulator",
                 [](engine::Settings& settings) { settings.simulator.fallback = false; });
@@ -170,7 +170,7 @@ void choose_device(Setup& setup) {
     engine::choose_simulator(setup.config, warnings);
     world = setup.config.world_definition();
   }
-  // The report says how many threads there were.
+  // The report states the number of threads.
   if (world.threads == 0) world.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 

@@ -1,4 +1,4 @@
-// From the options to the scene that will run.
+// From the options to the scene to run.
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,23 @@
 
 namespace fathom::cli {
 
-/// What will run: a scene, whose world is what scene, configuration and options come to, and that configuration.
+/// What will run: a scene, with the world that scene, configuration and options result in, and that configuration.
 struct Setup {
   Scene scene;
   engine::Config config;
 };
 
-/// Throws `Error` on what cannot be.
+/// Throws `Error` if the options cannot be met.
 Setup make_setup(const RunOptions& options);
-/// Takes the device that this machine has. Where it has none that was asked for, `simulator.fallback` decides; an
-/// option that names device or simulator wants no other.
+/// Selects the device. If the machine does not have the requested one, `simulator.fallback` decides; an option that
+/// names device or simulator rules out a fallback.
 void choose_device(Setup& setup);
-/// Both, for those who need no more than the scene.
+/// Both, for callers that only need the scene.
 Scene make_scene(const RunOptions& options);
-/// The configuration alone, whether the machine has that device or not; without a scene where the options name none.
+/// The configuration alone, whether or not the machine has that device; without a scene if the options name none.
 engine::Config make_config(const RunOptions& options);
-/// Puts the options that say which simulator runs, on what, over the configuration. Throws `Error` where they
-/// contradict each other, or the device's name is none.
+/// Applies the options that select simulator and device to the configuration. Throws `Error` if they contradict each
+/// other, or the device's name is invalid.
 void give_simulator(engine::Config& config, const SimulatorOptions& options);
 /// The files that `make_scene` reads.
 files::FileNames inputs_of(const RunOptions& options);

@@ -39,14 +39,14 @@ std::vector<const Case*> chosen(const std::vector<std::string>& only) {
   return list;
 }
 
-/// Options that no chosen case reads would seem to work.
+/// Options that no chosen case reads would only seem to work.
 void check_heap_options(const ValidateOptions& options, const std::vector<const Case*>& list) {
   const auto is_heaps = [](const Case* test) { return test->group == std::string_view("heaps"); };
   if ((options.seeds || options.first) && std::ranges::none_of(list, is_heaps))
     throw Error(ErrorCode::invalid_argument, "--seeds and --first are those of the cases heaps; add --only heaps");
 }
 
-/// A report on stdout stands alone there.
+/// A report on stdout must be the only output there.
 void say(const Output& html, const Output& json, const std::string& text) {
   if (html.is_stdout() || json.is_stdout()) return tell(text);
   fmt::print("{}", text);
@@ -75,14 +75,14 @@ int validate(const ValidateOptions& options) {
   engine::Config config;
   cli::give_simulator(config, options.simulator);
   const engine::Settings::Simulator& simulator = config->simulator;
-  // The report says how many threads there were.
+  // The report states the number of threads.
   const int threads =
       simulator.threads > 0 ? simulator.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   validate::Setup setup{simulator.kind, simulator.device, threads, !options.brief};
   check_heap_options(options, list);
   setup.heap_seeds = options.seeds.value_or(0);
   setup.first_heap = options.first.value_or(setup.first_heap);
-  World probe(world_def(setup));  // refuses a device that is not there before anything runs
+  World probe(world_def(setup));  // rejects a missing device before anything runs
   files::FileNames names;
   names.writes("--html", options.html);
   names.writes("--json", options.json);

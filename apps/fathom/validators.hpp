@@ -1,4 +1,4 @@
-// What several subcommands' options are checked by.
+// Validators shared by the options of several subcommands.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 
 namespace fathom::cli {
 
-/// A positive number that is finite. CLI11's own check lets nan and inf pass.
+/// A positive, finite number. CLI11's own check accepts nan and inf.
 inline CLI::Validator positive_number() {
   return CLI::Validator(
       [](std::string& text) -> std::string {
@@ -23,7 +23,7 @@ inline CLI::Validator positive_number() {
       "");
 }
 
-/// A number between two that are named in the complaint. CLI11's own check lets nan pass.
+/// A number between two limits that the message names. CLI11's own check accepts nan.
 inline CLI::Validator number_between(double least, double most) {
   return CLI::Validator(
       [least, most](std::string& text) -> std::string {
@@ -34,7 +34,7 @@ inline CLI::Validator number_between(double least, double most) {
       "");
 }
 
-/// A whole number; what it may be is said by who takes it.
+/// Any whole number; its limits are checked where it is used.
 inline CLI::Validator any_whole_number() {
   return CLI::Validator(
       [](std::string& text) -> std::string {
@@ -44,7 +44,7 @@ inline CLI::Validator any_whole_number() {
       "");
 }
 
-/// A whole number of at least `least`. The complaint names the limit that was passed.
+/// A whole number of at least `least`. The message names the limit that was exceeded.
 inline CLI::Validator whole_number(std::int64_t least, std::int64_t most = std::numeric_limits<std::int64_t>::max()) {
   return CLI::Validator(
       [least, most](std::string& text) -> std::string {

@@ -14,7 +14,7 @@
 namespace fathom::cli {
 namespace {
 
-/// The command line's options with what the panel chose instead.
+/// The command line's options, with the panel's choices applied.
 RunOptions chosen(RunOptions options, const viewer::Choice& choice, const viewer::Choice& first) {
   if (choice.scene != first.scene || choice.bodies != first.bodies) options.layers.reset();
   if (choice.scene != first.scene) options.seed.reset();
@@ -42,7 +42,7 @@ std::vector<viewer::SimulatorChoice> simulators() {
   return list;
 }
 
-/// What was set the last time, where no option says otherwise.
+/// The settings of the last run, unless an option says otherwise.
 void remember(const ViewOptions& options, viewer::ViewerSettings& settings) {
   settings.preferences = viewer::preferences_file();
   if (settings.preferences.empty()) return;
@@ -74,14 +74,14 @@ int view(const ViewOptions& options) {
   viewer::ViewerSettings settings = options.settings;
   settings.simulators = simulators();
   settings.overlays = viewer::parse_overlays(options.overlays);
-  // So many frames are the same for everybody.
+  // A fixed number of frames must look the same for everybody.
   if (settings.frames == 0) remember(options, settings);
   const InterruptGuard interrupt;
   settings.ended = [] { return InterruptGuard::requested(); };
   const viewer::ViewResult result = viewer::view(
       [&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
   if (!result.warning.empty()) tell("fathom: the settings are not remembered: " + result.warning + "\n");
-  // So many frames are a run as any other, whose result can be compared.
+  // A fixed number of frames is a run like any other, whose result can be compared.
   if (settings.frames > 0)
     fmt::print("{}: {} steps, {:.2f} s simulated\n  state hash             {:016x}\n", result.scene, result.steps,
                result.time, result.state_hash);

@@ -1,4 +1,4 @@
-// What `fathom view` is asked for.
+// Options of `fathom view`.
 #pragma once
 
 #include <string>

@@ -30,14 +30,14 @@ std::string folder_of(const std::string& target) {
   return folder.empty() ? "." : folder.string();
 }
 
-/// False as well where the file system knows no locks.
+/// Also false if the file system does not support locks.
 bool is_locked(const std::string& name) {
   const Descriptor file(open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   return file && flock(file.number(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
-/// Keeps other runs from looking for writers between our own look and our own lock. A run that holds the folder's lock
-/// for reasons of their own is not waited for long.
+/// Keeps other runs from looking for writers between our look and our lock. Does not wait long for a run that holds the
+/// folder's lock for its own reasons.
 Descriptor lock_folder(const std::string& target) {
   Descriptor folder(open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   for (const auto end = Clock::now() + patience; folder && Clock::now() < end; std::this_thread::sleep_for(pause))
@@ -45,7 +45,7 @@ Descriptor lock_folder(const std::string& target) {
   return folder;
 }
 
-/// The process that writes the target beside it now.
+/// The process that is writing the target through a file beside it.
 std::optional<int> writer_beside(const std::string& target) {
   const std::string start = fs::path(target).filename().string() + mark;
   std::error_code unreadable;
@@ -67,7 +67,7 @@ std::optional<int> writer_beside(const std::string& target) {
                                    "; wait for its end, or give another name");
 }
 
-/// Calls `take` while no other run looks for writers, until it returns a file or an error that waiting cannot mend.
+/// Calls `take` while no other run looks for writers, until it returns a file or an error that waiting cannot fix.
 template <class Take>
 auto claim(const std::string& target, const std::string& given, const Take& take) {
   for (const auto end = Clock::now() + patience;; std::this_thread::sleep_for(pause)) {
@@ -108,7 +108,7 @@ int descriptor_named(const std::string& path) {
 bool is_stdout(const std::string& path) { return descriptor_named(without_links(path)) == STDOUT_FILENO; }
 
 std::string without_links(const std::string& path) {
-  constexpr int max_links = 40;  // as many as the kernel follows
+  constexpr int max_links = 40;  // the kernel's limit
   fs::path at = path;
   std::error_code failure;
   for (int links = 0; descriptor_named(at.string()) < 0 && fs::is_symlink(fs::symlink_status(at, failure)); ++links) {
@@ -126,10 +126,10 @@ TemporaryFile claim_beside(const std::string& target, const std::string& given, 
   const std::string start = target + mark + std::to_string(getpid());
   return claim(target, given, [&]() -> std::optional<TemporaryFile> {
     if (is_locked(target)) return std::nullopt;
-    // A process of the same number that was killed may have left its file.
+    // A killed process with the same number may have left its file behind.
     for (int i = 0;; ++i) {
       const std::string name = start + (i == 0 ? "" : "-" + std::to_string(i)) + ending;
-      note_unfinished(name);  // before it is there: a signal may come in between
+      note_unfinished(name);  // before it exists: a signal may arrive in between
       Descriptor file(open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
       if (!file) forget_unfinished(name);
       if (!file && errno == EEXIST) continue;

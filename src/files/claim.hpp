@@ -1,14 +1,14 @@
-// Who writes a file: where a name leads, and the locks that keep two writers apart.
+// Which process writes a file: where a name leads, and the locks that keep two writers apart.
 //
-// A run that writes a file holds the lock (flock) of the temporary file beside it, or of the file itself where that
-// grows in its place. The locks go with the process, however it ends.
+// A run that writes a file holds the lock (flock) of the temporary file beside it, or of the file itself if that grows
+// in place. Locks end with the process, however it ends.
 #pragma once
 
 #include <string>
 
 namespace fathom::files {
 
-/// A file descriptor that is closed at its end.
+/// A file descriptor that closes itself.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -25,24 +25,24 @@ class Descriptor {
   int number_ = -1;
 };
 
-/// Whether what is written to it goes where the program prints.
+/// Whether what is written to it goes to the program's standard output.
 bool is_stdout(const std::string& path);
 
-/// The path with symbolic links at its end followed, also where the last one leads nowhere yet. Sets errno and returns
-/// "" where they lead in a circle.
+/// The path with symbolic links at its end followed, even if the last target does not exist. If they form a cycle, sets
+/// errno and returns "".
 std::string without_links(const std::string& path);
 
-/// The number in /dev/fd/N or /proc/self/fd/N, 1 for "-", else -1.
+/// The number in /dev/fd/N or /proc/self/fd/N, 1 for "-", otherwise -1.
 int descriptor_named(const std::string& path);
 
-/// A new temporary file beside the target, locked, and noted as unfinished (unfinished.hpp).
+/// A new, locked temporary file beside the target, noted as unfinished (unfinished.hpp).
 struct TemporaryFile {
   Descriptor file;
   std::string name;
 };
 
-/// Both wait a moment for another process to come to its end with the target, then throw `Error{file}` that says who
-/// writes it; an empty descriptor and errno tell of all else. `given` is what messages call the target.
+/// Both briefly wait for another process to finish with the target, then throw an `Error{file}` that names the writer;
+/// all other failures give an empty descriptor and errno. `given` is the name of the target in messages.
 TemporaryFile claim_beside(const std::string& target, const std::string& given, const std::string& ending);
 Descriptor claim_target(const std::string& target, const std::string& given);
 

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What two names of one file have in common; "" for what may have several parts.
+/// Equal for all names of the same file; "" for files that may be used more than once.
 std::string identity_of(const std::string& path) {
   if (path.empty()) return {};
   const std::string target = without_links(path);

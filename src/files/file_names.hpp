@@ -1,4 +1,4 @@
-// The files that one run reads and writes: no output is another output, or an input.
+// The files that one run reads and writes: no output may be another output, or an input.
 #pragma once
 
 #include <string>
@@ -6,12 +6,12 @@
 
 namespace fathom::files {
 
-/// Both take what the file is to the user ("--json", "the scene") and its name; an empty one is no file. Devices may be
-/// named more than once, a pipe not: what is written to it would mix.
+/// Both take the file's role for the user ("--json", "the scene") and its name; an empty name is ignored. Devices may
+/// be named more than once, but not pipes: outputs written to one would mix.
 class FileNames {
  public:
   void reads(const std::string& what, const std::string& path);
-  /// Throws `Error{invalid_argument}` that names both where the file has another part in the run.
+  /// Throws an `Error{invalid_argument}` that names both roles if the file has another one in the run.
   void writes(const std::string& what, const std::string& path);
 
  private:

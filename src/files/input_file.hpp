@@ -1,12 +1,12 @@
-// Files as every part of Fathom reads them that reads text.
+// How every part of Fathom reads text files.
 #pragma once
 
 #include <string>
 
 namespace fathom::files {
 
-/// All that a file holds. Where it cannot be read to its end, e.g. since it is a folder, throws `Error{file}` that ends
-/// with the remedy.
+/// The whole content of a file. If it cannot be read completely, for example because it is a folder, throws an
+/// `Error{file}` that ends with the remedy.
 std::string read_file(const std::string& path, const std::string& remedy);
 
 }  // namespace fathom::files

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* check_folder = "check the folder and its permissions";
 
-/// An earlier file's permissions and, where we may give files away, its owner.
+/// Applies an earlier file's permissions and, if permitted, its owner.
 void take_over_rights(int file, const struct stat& earlier) {
   fchmod(file, earlier.st_mode & 07777);
   if (fchown(file, earlier.st_uid, earlier.st_gid) != 0) return;  // then it is ours
@@ -38,7 +38,7 @@ OutputFile::OutputFile(std::string path, Writing writing, const std::string& end
     open_through(writing);
     return;
   }
-  // A folder's owner could replace a file that nobody may write.
+  // Without this check a folder's owner could replace a file that nobody may write.
   if (exists && access(target_.c_str(), W_OK) != 0) fail("cannot be written", check_folder);
   regular_ = true;
   if (writing == Writing::live || writing == Writing::appended) {
@@ -112,7 +112,7 @@ void OutputFile::finish() {
   if (through_) copy_through();
   if (temporary_) {
     if (fsync(fileno(file_.get())) != 0) fail_write();
-    // Still locked, so that no other run takes its name before it has its place.
+    // Still locked, so that no other run claims its name before it is in place.
     if (std::rename(growing_.c_str(), target_.c_str()) != 0) fail("cannot be put in its place", check_folder);
     forget_unfinished(growing_);
     temporary_ = false;

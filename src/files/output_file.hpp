@@ -1,4 +1,4 @@
-// The one way in which Fathom writes files, so that all of them keep the same promises.
+// The only way in which Fathom writes files, so that all of them keep the same promises.
 #pragma once
 
 #include <cstddef>
@@ -13,39 +13,38 @@
 namespace fathom::files {
 
 enum class Writing {
-  whole,    ///< the file appears complete or not at all: written beside its place, then renamed
-  patched,  ///< the same, and what was written may be written over
-  live,     ///< the file grows in its place, where others may follow it
-  appended  ///< the same, after what is there
+  whole,    ///< the file appears complete or not at all: written beside its destination, then renamed
+  patched,  ///< the same, and written parts may be overwritten
+  live,     ///< the file grows in place, where others may follow it
+  appended  ///< the same, after existing content
 };
 
-/// A file while it is written. Symbolic links are followed; an earlier file's permissions stay. Devices, pipes and
-/// open descriptors (/dev/stdout, /dev/fd/N; "-" is stdout) are written through. A second writer of the same file is
-/// refused, in this process or another. Every function throws `Error{file}` that names the file where it cannot do its
-/// work.
+/// A file being written. Symbolic links are followed; an earlier file's permissions are kept. Devices, pipes and open
+/// descriptors (/dev/stdout, /dev/fd/N; "-" is stdout) are written directly. A second writer of the same file is
+/// refused, in this process or another. Every function that fails throws an `Error{file}` that names the file.
 class OutputFile {
  public:
-  /// `ending` is that of the name under which the file grows, for programs that go by it.
+  /// `ending` is the extension of the temporary name, for programs that depend on it.
   explicit OutputFile(std::string path, Writing writing = Writing::whole, const std::string& ending = {});
-  /// Without `finish` nothing is left behind, but for a live file.
+  /// Without `finish`, leaves nothing behind, except for a live file.
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(const void* data, std::size_t size);
   void write(std::string_view text) { write(text.data(), text.size()); }
-  /// Writes over what is at `position` (bytes from the start) of a patched file.
+  /// Overwrites bytes at `position` (from the start) of a patched file.
   void overwrite(std::uint64_t position, const void* data, std::size_t size);
-  /// Hands on what was written so far.
+  /// Flushes what was written so far.
   void flush();
-  /// Puts the file in its place.
+  /// Moves the file into place.
   void finish();
 
-  /// Whether it is a file of a disk, nothing that is written through.
+  /// Whether it is a regular file, not a device, pipe or descriptor.
   bool is_regular() const { return regular_; }
-  /// Without symbolic links.
+  /// The path without symbolic links.
   const std::string& target() const { return target_; }
-  /// The name under which it grows, for another program to write.
+  /// The name under which it grows, for another program to write to.
   const std::string& growing() const { return growing_; }
 
  private:
@@ -60,16 +59,16 @@ class OutputFile {
   [[noreturn]] void fail(const char* what, const char* remedy) const;
   [[noreturn]] void fail_write() const;
 
-  std::string path_;     // as it was given
+  std::string path_;     // as given
   std::string target_;   // without symbolic links
   std::string growing_;  // the temporary file's name, or the target's
   bool temporary_ = false;
   bool regular_ = false;
   std::unique_ptr<std::FILE, Close> file_;
-  Descriptor through_;  // the device that gets a patched file at its end
+  Descriptor through_;  // the device that receives a patched file at the end
 };
 
-/// Writes a file of this content.
+/// Writes a file with this content.
 void write_file(const std::string& path, std::string_view content);
 
 }  // namespace fathom::files

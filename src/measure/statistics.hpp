@@ -1,4 +1,4 @@
-// What a series of measurements comes to.
+// Statistics of a series of measurements.
 #pragma once
 
 #include <vector>

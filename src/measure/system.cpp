@@ -20,7 +20,7 @@ volatile std::sig_atomic_t interrupt_requested = 0;
 std::atomic<std::int64_t> interrupted_at = 0;  // ms
 static_assert(std::atomic<std::int64_t>::is_always_lock_free);
 struct sigaction before_interrupt, before_terminate;
-int guards = 0;  // only the outermost acts
+int guards = 0;  // only the outermost one acts
 
 std::int64_t milliseconds_now() {
   timespec now{};
@@ -28,8 +28,8 @@ std::int64_t milliseconds_now() {
   return std::int64_t{1000} * now.tv_sec + now.tv_nsec / 1'000'000;
 }
 
-/// One interruption may come as several signals: `timeout` sends its own to the process and to its group, and wrappers
-/// pass on what the terminal has sent to all.
+/// One interruption may arrive as several signals: `timeout` sends its own to the process and to its group, and
+/// wrappers forward what the terminal has already sent to all.
 constexpr std::int64_t one_interruption = 500;  // ms
 
 void request_interrupt(int signal) {
@@ -72,7 +72,7 @@ std::string system_name() {
 std::uint64_t peak_memory() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts it in KiB
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux reports KiB
 }
 
 std::uint64_t interruptions() {
@@ -87,7 +87,7 @@ void tell(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stde
 
 void keep_standard_descriptors() {
   for (int number = 0; number <= STDERR_FILENO; ++number)
-    if (fcntl(number, F_GETFD) < 0 && open("/dev/null", O_RDONLY) < 0) return;  // it takes the lowest number
+    if (fcntl(number, F_GETFD) < 0 && open("/dev/null", O_RDONLY) < 0) return;  // open returns the lowest free number
 }
 
 std::size_t terminal_columns() {
@@ -96,7 +96,7 @@ std::size_t terminal_columns() {
 }
 
 std::string fit_to_terminal(std::string text) {
-  // A character in the last column makes some terminals go on to the next line.
+  // A character in the last column makes some terminals wrap.
   if (const std::size_t most = terminal_columns() - 1; text.size() > most) text.resize(most);
   return text;
 }
@@ -115,7 +115,8 @@ InterruptGuard::InterruptGuard() {
   }
 }
 
-// After an interruption what is left of it is still waited for: the process is at its end.
+// After an interruption the handlers stay, for the remaining signals of the same interruption: the process is about to
+// end.
 InterruptGuard::~InterruptGuard() {
   if (--guards > 0 || interrupt_requested) return;
   sigaction(SIGINT, &before_interrupt, nullptr);

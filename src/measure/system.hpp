@@ -14,25 +14,25 @@ std::string processor_name();
 std::uint64_t machine_memory();
 /// The operating system's name and version.
 std::string system_name();
-/// The most memory this process has had (bytes).
+/// Peak memory of this process (bytes).
 std::uint64_t peak_memory();
-/// How often the system took the processor away from this process's threads for others.
+/// How often the system preempted this process's threads in favour of others.
 std::uint64_t interruptions();
 bool stderr_is_terminal();
-/// Says it on stderr. That it cannot be said (stderr is closed, its disk full) ends nothing.
+/// Prints it on stderr. Failure (stderr closed, disk full) is ignored.
 void tell(std::string_view text);
-/// Takes the numbers of stdin, stdout and stderr where they are closed, else the first files that are opened get them
-/// and, between their own, what is printed. What is printed still goes nowhere.
+/// Opens stdin, stdout and stderr on /dev/null if they are closed; otherwise the first files opened would get their
+/// numbers, and printed text would end up in them. Printed text is still discarded.
 void keep_standard_descriptors();
-/// How many characters a line of the terminal holds that stderr goes to; 80 where it does not tell.
+/// Characters per line of the terminal behind stderr; 80 if unknown.
 std::size_t terminal_columns();
-/// As much of the text (ASCII) as fits into one line of it, so that a line that is written over stays one.
+/// As much of the text (ASCII) as fits into one such line, so that an overwritten line stays one line.
 std::string fit_to_terminal(std::string text);
-/// A file that reaches the process's size limit is then an error like a full disk, not the program's end.
+/// Makes reaching the process's file size limit an error like a full disk, instead of ending the program.
 void survive_file_size_limit();
 
-/// While it lives, the first Ctrl-C (or SIGTERM) asks for an end; another one, half a second later or more, does what
-/// it did before, which is to end the program at once.
+/// While it lives, the first Ctrl-C (or SIGTERM) requests an end; another one, half a second later or more, has its
+/// original effect, which is to end the program at once.
 class InterruptGuard {
  public:
   InterruptGuard();

@@ -5,7 +5,7 @@
 namespace fathom::page {
 namespace {
 
-// The palette is Okabe and Ito's for the colour-blind ("Color Universal Design", 2008), yellow darkened for white
+// The palette for the colour-blind by Okabe and Ito ("Color Universal Design", 2008), with yellow darkened for white
 // paper.
 constexpr const char* style = R"(
 :root{--text:#1d2127;--faint:#5b6470;--line:#d9dee5;--page:#fff;--card:#f6f8fa;--pass:#1a7f37;--fail:#b3261e;--known:#8a5a00;

@@ -1,4 +1,4 @@
-// What the pages of reports have in common: one look, and text made safe.
+// Common to the pages of reports: one look, and text made safe.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace fathom::page {
 
-/// Text with the characters that HTML gives a meaning replaced.
+/// Text with HTML's special characters replaced.
 std::string escaped(std::string_view text);
-/// A page that needs nothing from outside, on screens and in print.
+/// A self-contained page, for screen and print.
 std::string document(std::string_view title, std::string_view body);
 std::string to_html(const Table& table);
 

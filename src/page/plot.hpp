@@ -10,9 +10,9 @@ namespace fathom::page {
 struct Curve {
   std::string name;
   std::vector<double> x, y;
-  int colour = -1;         ///< of the page's palette of eight, where curves of several plots belong together;
-                           ///< from 8 on the same once more, dotted
-  bool reference = false;  ///< a line to compare with, drawn thin and dashed
+  int colour = -1;  ///< in the page's palette of eight, for curves of several plots that belong together; from 8 on the
+                    ///< same again, dotted
+  bool reference = false;  ///< a line for comparison, drawn thin and dashed
 
   void add(double px, double py) { x.push_back(px), y.push_back(py); }
 };
@@ -20,10 +20,10 @@ struct Curve {
 struct Plot {
   std::string title, x_label, y_label;
   bool log_x = false, log_y = false;
-  std::deque<Curve> curves;  // references to its elements last
+  std::deque<Curve> curves;  // references to its elements stay valid
   double width = 640, height = 300;
   bool legend = true;
-  bool markers = false;        ///< a mark at every point, for curves of few points
+  bool markers = false;        ///< a mark at every point, for curves with few points
   bool names_at_ends = false;  ///< each curve's name beside its last point: readable without colours; for few curves
 };
 

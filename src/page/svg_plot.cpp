@@ -15,7 +15,7 @@ constexpr double name_width = 262, name_height = 13;
 
 double right_of(const Plot& plot) { return plot.names_at_ends ? name_width : 22; }
 
-/// One axis: which values it spans, and where they lie.
+/// One axis: its range of values, and their positions.
 struct Axis {
   bool logarithmic = false;
   double low = 0, high = 1, from = 0, to = 1;
@@ -38,7 +38,7 @@ Axis make_axis(const Plot& plot, bool x, bool logarithmic, double from, double t
   return axis;
 }
 
-/// Powers of ten, and 2 and 5 times them where there are few.
+/// Powers of ten; if they are few, also 2 and 5 times them.
 std::vector<double> logarithmic_ticks(const Axis& axis) {
   const double span = axis.high - axis.low;
   const int step = std::max(1, static_cast<int>(std::lround(span / 5)));
@@ -52,7 +52,7 @@ std::vector<double> logarithmic_ticks(const Axis& axis) {
   return all;
 }
 
-/// Round values: 1, 2 or 5 times a power of ten apart; powers of ten where the axis is logarithmic.
+/// Round values: 1, 2 or 5 times a power of ten apart; powers of ten if the axis is logarithmic.
 std::vector<double> ticks(const Axis& axis) {
   if (axis.logarithmic) return logarithmic_ticks(axis);
   const double span = axis.high - axis.low;
@@ -64,7 +64,7 @@ std::vector<double> ticks(const Axis& axis) {
   return all;
 }
 
-/// Four digits at most; whole numbers up to a million written out.
+/// At most four digits; whole numbers up to a million written out.
 std::string label_of(double v) {
   return v >= 1e4 && v <= 1e6 && v == std::round(v) ? fmt::format("{:.0f}", v) : fmt::format("{:.4g}", v);
 }
@@ -83,7 +83,7 @@ std::string classes(const Curve& curve, std::size_t index) {
   return fmt::format("curve c{}{}{}", colour % 8, colour >= 8 ? " again" : "", curve.reference ? " reference" : "");
 }
 
-/// A shape a curve, so that they are told apart without colour.
+/// One shape per curve, so that curves can be told apart without colour.
 std::string mark(int kind, double x, double y, const std::string& classes) {
   switch (kind % 4) {
     case 0:
@@ -137,7 +137,7 @@ std::string legend_inside(const Plot& plot) {
   return svg;
 }
 
-/// Names at the curves' ends, from the top down and not over each other.
+/// Names at the curves' ends, from the top down and without overlaps.
 std::string names_of(const Plot& plot, const Axis& x, const Axis& y) {
   struct Name {
     double y;
@@ -155,7 +155,7 @@ std::string names_of(const Plot& plot, const Axis& x, const Axis& y) {
   std::ranges::sort(names, {}, &Name::y);
   const double lowest = plot.height - bottom;
   for (std::size_t i = 1; i < names.size(); ++i) names[i].y = std::max(names[i].y, names[i - 1].y + name_height);
-  // What was pushed below the plot goes up again, and pushes the others.
+  // Names pushed below the plot move up again, and push the others.
   for (std::size_t i = names.size(); i-- > 0;)
     names[i].y = std::min(names[i].y, i + 1 < names.size() ? names[i + 1].y - name_height : lowest);
   std::string svg;

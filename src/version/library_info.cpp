@@ -23,7 +23,7 @@ LibraryInfo library_info() {
   info.linkage = "static";
 #endif
   info.checks = FATHOM_CHECKS;
-  // AVX3 is Highway's name for what processors call AVX-512.
+  // AVX3 is Highway's name for AVX-512.
   const std::string_view simd = native::wide_kernels().name;
   info.simd = simd == "AVX3" ? "AVX-512" : native::wide_kernels().name;
   info.back_ends =

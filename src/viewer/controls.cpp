@@ -6,7 +6,7 @@ namespace fathom::viewer {
 namespace {
 
 constexpr float radians_per_pixel = 0.006f;
-constexpr float steepest = 1.55f;  // rad, just short of straight down
+constexpr float steepest = 1.55f;  // rad, almost straight down
 constexpr float field_of_view = 0.8f;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The camera under its controls: around a point, or in flight.
+// The camera and its controls: orbiting a point, or flying.
 #pragma once
 
 #include "render/camera.hpp"
@@ -7,13 +7,13 @@ namespace fathom::viewer {
 
 class CameraControls {
  public:
-  /// Looks at the whole box.
+  /// Frames the whole box.
   void look_at(const Aabb& box, float aspect);
 
-  void orbit(float dx, float dy);  ///< pixels that the mouse moved
+  void orbit(float dx, float dy);  ///< mouse movement in pixels
   void pan(float dx, float dy, int height);
   void zoom(float notches);
-  /// Flight: m along the camera's own axes (right, up, ahead), in units of its distance a second.
+  /// Flight: m along the camera's own axes (right, up, ahead), in units of its distance per second.
   void fly(Vec3 direction, float seconds);
 
   render::Camera camera() const;

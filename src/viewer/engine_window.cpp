@@ -49,7 +49,7 @@ class EngineWindow::Impl {
     revision = frame.revision;
   }
 
-  /// Of all entities but floors (m).
+  /// Bounds of all entities but floors (m).
   static Aabb bounds(const engine::DrawFrame& frame) {
     std::optional<Aabb> box;
     for (std::size_t i = 0; i < frame.bodies.size(); ++i) {

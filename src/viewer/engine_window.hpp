@@ -1,4 +1,4 @@
-// A window for the engine: draws its entities and brings it events.
+// A window for the engine: draws its entities and delivers events to it.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@ namespace fathom::viewer {
 struct EngineWindowSettings {
   std::string title = "Fathom";
   int width = 1280, height = 720;
-  bool wait_for_display = true;  ///< a frame a refresh at most
+  bool wait_for_display = true;  ///< at most one frame per display refresh
 };
 
 class EngineWindow final : public engine::FrontEnd {
@@ -23,7 +23,7 @@ class EngineWindow final : public engine::FrontEnd {
   void draw(const engine::DrawFrame& frame) override;
   bool has_vsync() const override;
   void set_title(std::string_view title) override;
-  /// Writes what the window shows as PNG. Throws `Error{file}`.
+  /// Writes the window's content as PNG. Throws `Error{file}`.
   void save(const std::string& path) const;
 
  private:

@@ -34,7 +34,7 @@ void add_box(const Aabb& box, std::vector<Mark>& marks) {
       if (!(a & bit)) marks.push_back({corner(a), 1.5f, corner(a | bit), box_colour});
 }
 
-/// Metres that a second of the body's weight would be worth: an impulse that carries it is half a metre long.
+/// Metres per N·s: an impulse that carries the body's weight is half a metre long.
 float impulse_scale(const World& world, const ContactInfo& contact) {
   const float mass = max(world.mass(contact.a), world.mass(contact.b));
   const float weight = max(length(world.gravity()), 1.0f) * max(mass, 1e-6f);

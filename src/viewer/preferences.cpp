@@ -12,7 +12,7 @@
 namespace fathom::viewer {
 namespace {
 
-/// Calls `visit(name, value, least, most)` for everything that is kept, as numbers.
+/// Calls `visit(name, value, least, most)` for every stored preference, as numbers.
 template <class P, class Visit>
 void for_each(P& p, Visit visit) {
   visit("width", p.width, 320, 16384);
@@ -60,7 +60,7 @@ void save_preferences(const std::string& path, const Preferences& preferences) {
   for_each(preferences, [&](const char* name, const auto& value, double, double) {
     text += fmt::format("{} = {:g}\n", name, static_cast<double>(value));
   });
-  std::error_code ignored;  // what is wrong with the folder is said by the file
+  std::error_code ignored;  // errors with the folder are reported when the file is opened
   std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
   files::OutputFile file(path);
   file.write(text);

@@ -1,4 +1,4 @@
-// What the window remembers from one time to the next.
+// What the window remembers between runs.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace fathom::viewer {
 
 struct Preferences {
   int width = 1280, height = 800;  ///< pixels of the window
-  float speed = 1;                 ///< simulated seconds a second
+  float speed = 1;                 ///< simulated seconds per second
   bool show_panel = true;
   OverlayChoice overlays;
   render::Colouring colouring = render::Colouring::start;
@@ -18,11 +18,12 @@ struct Preferences {
   friend bool operator==(const Preferences&, const Preferences&) = default;
 };
 
-/// Where the user's are: in $XDG_CONFIG_HOME or ~/.config; empty where there is neither.
+/// Path of the user's preferences, in $XDG_CONFIG_HOME or ~/.config; empty if there is neither.
 std::string preferences_file();
-/// What the file says. What is missing, unreadable or out of range stays as it is by default: nobody wrote it by hand.
+/// Reads the preferences. Missing, unreadable or out-of-range values silently keep their defaults: nobody edits the
+/// file by hand.
 Preferences load_preferences(const std::string& path);
-/// Makes the folder where it is missing. Throws `Error{file}`.
+/// Creates the folder if it is missing. Throws `Error{file}`.
 void save_preferences(const std::string& path, const Preferences& preferences);
 
 }  // namespace fathom::viewer

@@ -7,10 +7,10 @@ namespace {
 
 constexpr std::size_t history_length = 240;
 constexpr std::size_t max_past = 8;
-constexpr std::ptrdiff_t max_worlds = 2;  // kept whole
+constexpr std::ptrdiff_t max_worlds = 2;  // kept as whole worlds
 constexpr float spring_hertz = 4.0f;
 constexpr float spin_damping = 5.0f;      // 1/s
-constexpr float strongest_pull = 500.0f;  // m/s² of the body's mass
+constexpr float strongest_pull = 500.0f;  // m/s², times the body's mass
 constexpr float reach = 1000.0f;          // m
 
 }  // namespace
@@ -95,7 +95,7 @@ void Session::join(Vec3 point) {
 }
 
 void Session::release() {
-  if (grip_ && world_->contains(grip_->holder)) world_->remove(grip_->holder);  // and its joint with it
+  if (grip_ && world_->contains(grip_->holder)) world_->remove(grip_->holder);  // its joint goes with it
   grip_.reset();
 }
 
@@ -112,7 +112,7 @@ void Session::pull() {
     world_->set_joint_target(grip_->joint, grip_->hand);
   else
     pull_by_force();
-  // A hand does not let a body spin.
+  // A held body does not spin.
   const float inertia = max_component(world_->mass_properties(grip_->body).principal_moments);
   world_->apply_torque(grip_->body, (-spin_damping * inertia) * world_->velocity(grip_->body).angular);
 }

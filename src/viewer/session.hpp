@@ -1,4 +1,4 @@
-// What is simulated behind the window: a scene in a world, and what the controls do to it.
+// The simulation behind the window: a scene in a world, and what the controls do to it.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@
 
 namespace fathom::viewer {
 
-/// What the panel can choose. What is absent stays as the scene has it.
+/// Choices made in the panel. Absent values are the scene's own.
 struct Choice {
   std::string scene{};  ///< an environment's name or a scene file's path
   std::optional<std::int64_t> bodies{};
   std::optional<SimulatorKind> simulator{};
-  std::string device{};  ///< of the device simulator; empty: as the scene has it
+  std::string device{};  ///< for the device simulator; empty: the scene's own
   std::optional<int> threads{};
   std::optional<int> substeps{};
   std::optional<Solver> solver{};
@@ -28,7 +28,7 @@ struct Choice {
 
   friend bool operator==(const Choice&, const Choice&) = default;
 };
-/// A simulator and its back end, as the panel offers it.
+/// A simulator and its back end, as offered by the panel.
 struct SimulatorChoice {
   std::string name;
   SimulatorKind kind = SimulatorKind::native;
@@ -41,7 +41,7 @@ class Session {
   /// Throws what `make` and `World` throw.
   Session(SceneMaker make, Choice choice);
 
-  /// Starts another scene, or the same anew. On a choice that cannot be, the old one stays and the error is thrown.
+  /// Starts another scene, or restarts the same one. If that fails, the old one stays and the error is thrown.
   void choose(const Choice& choice);
   void reset() { choose(choice_); }
   void step();
@@ -50,46 +50,45 @@ class Session {
   const World& world() const { return *world_; }
   const Scene& scene() const { return *scene_; }
   const Choice& choice() const { return choice_; }
-  /// Takes back the last of: a scene or setting chosen, a reset, a shot, a grab, a step that `remember` came before.
-  /// The world is then as it was before that, bit for bit. False where there is nothing to take back.
+  /// Reverts the last of: a choice of scene or setting, a reset, a shot, a grab, a step after `remember`. The world is
+  /// then as it was before that, bit for bit. False if there is nothing to revert.
   bool undo();
   std::size_t undoable() const { return past_.size(); }
-  /// Makes what follows something that `undo` takes back. The last few are kept.
+  /// Saves the state, so that `undo` returns to it. The last few are kept.
   void remember();
-  /// Counts scenes begun, so that what was remembered of the last can be dropped.
+  /// Counts scenes started, so that data remembered from the last one can be dropped.
   std::uint64_t generation() const { return generation_; }
   /// Times of the last steps, oldest first.
   const std::deque<StageTimes>& history() const { return history_; }
 
-  // Picking: a target joint of 4 Hz, critically damped, from the grabbed point to where the hand is; a force of the
-  // same law where the world has no joints (Partition::cells).
-  /// Grabs the dynamic body under a ray; false where there is none.
+  // Picking: a target joint of 4 Hz, critically damped, from the grabbed point to the hand; a force of the same law if
+  // the world has no joints (Partition::cells).
+  /// Grabs the dynamic body under a ray; false if there is none.
   bool grab(Vec3 origin, Vec3 direction);
-  /// Moves the hand to where the ray passes the depth at which the body was grabbed.
+  /// Moves the hand to where the ray reaches the depth at which the body was grabbed.
   void drag(Vec3 origin, Vec3 direction, Vec3 view_direction);
   void release();
   struct Grip {
     BodyId body;
     Vec3 anchor;    ///< m, in the body's frame
     Vec3 hand;      ///< m, world
-    BodyId holder;  ///< what the joint holds on to: a fixed body that touches nothing
-    JointId joint;  ///< none where the world has no joints
+    BodyId holder;  ///< what the joint is attached to: a fixed body that touches nothing
+    JointId joint;  ///< none if the world has no joints
   };
   const std::optional<Grip>& grip() const { return grip_; }
 
-  /// A box of half a metre and 10 kg that flies at 25 m/s.
+  /// Shoots a box of half a metre and 10 kg at 25 m/s.
   BodyId shoot(Vec3 from, Vec3 direction);
 
  private:
-  /// What there was before an action: a whole world that another took the place of, or a snapshot of the one that
-  /// still runs.
+  /// The state before an action: a whole world that has been replaced, or a snapshot of the one still running.
   struct Past {
     Choice choice;
     std::unique_ptr<Scene> scene;
     std::unique_ptr<World> world;
     std::unique_ptr<SceneInstance> instance;
     std::vector<std::byte> snapshot;
-    std::optional<BodyId> holder;  ///< of a grip at that time, which comes back with the snapshot alone
+    std::optional<BodyId> holder;  ///< of a grip at that time, which only returns with the snapshot
   };
   void keep(Past past);
   void join(Vec3 point);

@@ -25,7 +25,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace fathom::render;
 
-constexpr int max_steps_a_frame = 4;  // beyond this simulated time falls behind
+constexpr int max_steps_a_frame = 4;  // beyond this, simulated time falls behind
 
 bool draws_in_software() { return gl_description().find("llvmpipe") != std::string::npos; }
 
@@ -75,7 +75,7 @@ class Viewer {
   }
 
  private:
-  /// Where the scene begins beside the panel, and how wide it is (pixels).
+  /// Left edge of the scene beside the panel, and its width (pixels).
   int scene_left() const {
     if (!state_.show_panel) return 0;
     const float display = ImGui::GetIO().DisplaySize.x;
@@ -179,7 +179,7 @@ class Viewer {
   // --- hands --------------------------------------------------------------------------------------------------------
 
   Vec3 direction_under_mouse() const { return direction_through(controls_.camera(), aspect(), mouse_x(), mouse_y()); }
-  // In the scene, from −1 to 1.
+  // Position in the scene, from −1 to 1.
   float mouse_x() const {
     return 2 * (window_.mouse_x() - static_cast<float>(scene_left())) / static_cast<float>(scene_width()) - 1;
   }
@@ -335,7 +335,7 @@ class Viewer {
     }
   }
 
-  /// What the window shows, with the panel.
+  /// The window's content, with the panel.
   void save_window(const std::string& path) const {
     Image image{window_.width(), window_.height(), {}};
     read_window(image);
@@ -353,9 +353,9 @@ class Viewer {
   CameraControls controls_;
   ViewState state_;
   Hand hand_ = Hand::free;
-  int samples_ = draws_in_software() ? 1 : 4;  // a pixel
+  int samples_ = draws_in_software() ? 1 : 4;  // per pixel
   float last_x_ = 0, last_y_ = 0;              // of the mouse
-  float owed_ = 0;                             // s of simulated time due to be made
+  float owed_ = 0;                             // s of simulated time not yet simulated
 };
 
 }  // namespace

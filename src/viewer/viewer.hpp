@@ -19,29 +19,29 @@ struct ViewerSettings {
   std::vector<SimulatorChoice> simulators;
   OverlayChoice overlays;
   render::Colouring colouring = render::Colouring::start;
-  std::optional<render::LookKind> look;  ///< absent: water where there is no gravity
-  float speed = 1;                       ///< simulated seconds a second
+  std::optional<render::LookKind> look;  ///< absent: water if there is no gravity
+  float speed = 1;                       ///< simulated seconds per second
   bool panel = true;                     ///< shown at the start
-  std::string preferences{};             ///< file to write what was set to when the window is closed; empty for none
+  std::string preferences{};             ///< file for the settings when the window is closed; empty for none
   bool paused = false;
   bool help = false;
-  /// Ends after so many frames, of one step each; 0: when the window is closed.
+  /// Ends after this many frames, of one step each; 0: when the window is closed.
   std::uint64_t frames = 0;
-  std::function<bool()> ended;  ///< asked every frame: ends it as closing the window does
+  std::function<bool()> ended;  ///< asked every frame; if true, ends the view as closing the window does
   std::string screenshot;       ///< PNG of the last frame, with the panel
 };
 
-/// What was simulated at the end.
+/// The simulation at the end.
 struct ViewResult {
   std::string scene;
   std::uint64_t steps = 0;
   double time = 0;  ///< s, simulated
   std::uint64_t state_hash = 0;
-  std::string warning;  ///< what could not be remembered for the next time, and why
+  std::string warning;  ///< what could not be remembered for the next run, and why
 };
 
-/// Returns when the window was closed, `frames` are made, or `ended` says so. Throws `Error{unavailable}` without a
-/// display or OpenGL 4.5, and what `make` throws for the first choice.
+/// Returns when the window is closed, after `frames` frames, or when `ended` returns true. Throws `Error{unavailable}`
+/// without a display or OpenGL 4.5, and what `make` throws for the first choice.
 ViewResult view(const SceneMaker& make, const Choice& choice, const ViewerSettings& settings);
 
 }  // namespace fathom::viewer

@@ -1,4 +1,4 @@
-// The loader of OpenGL comes first: GLFW would take the system's header.
+// OpenGL's loader comes first: GLFW would include the system's header.
 #include <epoxy/gl.h>
 // clang-format off
 #include <GLFW/glfw3.h>
@@ -35,7 +35,7 @@ void style_panel() {
   style.ItemSpacing = {8, 5};
   style.Colors[ImGuiCol_WindowBg] = {0.06f, 0.08f, 0.11f, 0.86f};
   style.Colors[ImGuiCol_TitleBgActive] = {0.13f, 0.20f, 0.28f, 1.0f};
-  // The list of windows and their positions would be left behind in the working directory.
+  // Otherwise the list of windows and their positions would be left in the working directory.
   ImGui::GetIO().IniFilename = nullptr;
 }
 
@@ -43,7 +43,7 @@ void style_panel() {
 
 void Window::tell(engine::InputKind kind, int code, int modifiers, float x, float y) {
   if (!handler_) return;
-  // The first four of GLFW's modifiers are the engine's.
+  // GLFW's first four modifiers are also the engine's.
   handler_({kind, static_cast<std::uint8_t>(modifiers & 15), static_cast<std::uint16_t>(std::max(code, 0)), x, y});
 }
 
@@ -117,7 +117,7 @@ Window::Window(const std::string& title, int width, int height, bool wait_for_di
   ImGui::CreateContext();
   ImGui::GetIO().DisplaySize = {static_cast<float>(width), static_cast<float>(height)};  // until the first frame
   style_panel();
-  // Passes on to the callbacks of `listen` what it sees itself.
+  // Forwards events to the callbacks of `listen`.
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 450 core");
 }

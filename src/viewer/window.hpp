@@ -1,4 +1,4 @@
-// A window with an OpenGL context and the events in it.
+// A window with an OpenGL context and its events.
 #pragma once
 
 #include <functional>
@@ -13,15 +13,15 @@ namespace fathom::viewer {
 /// One at a time, on the main thread.
 class Window {
  public:
-  /// Throws `Error{unavailable}` without a display or OpenGL 4.5. `wait_for_display`: a picture a refresh at most.
+  /// Throws `Error{unavailable}` without a display or OpenGL 4.5. `wait_for_display`: at most one picture per refresh.
   Window(const std::string& title, int width, int height, bool wait_for_display);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// Who is told of events, but of those that the panel takes.
+  /// Receives events, except those that the panel consumes.
   void set_handler(std::function<void(const engine::InputEvent&)> handler) { handler_ = std::move(handler); }
-  /// Who is told of files that are dropped on the window.
+  /// Receives files dropped on the window.
   void set_drop_handler(std::function<void(const std::string&)> handler) { drop_handler_ = std::move(handler); }
   void set_title(const std::string& title);
   void close();
