@@ -1,4 +1,4 @@
-// Broad phase at the density of `drift`: a body in 64 m³. Counter `items` is boxes a second.
+// Broad phase at the density of `drift`: one body per 64 m³. Counter `items` is boxes per second.
 #include <benchmark/benchmark.h>
 
 #include "stage_fixture.hpp"
@@ -29,7 +29,7 @@ void bvh_refit(benchmark::State& state) {
 }
 BENCHMARK(bvh_refit)->Apply(sizes);
 
-void bvh_overlap(benchmark::State& state) {  // every box asks once
+void bvh_overlap(benchmark::State& state) {  // every box queries once
   const StageFixture scene(drift(state.range(0)));
   Bvh tree;
   ThreadPool pool(1);
@@ -45,7 +45,7 @@ void bvh_overlap(benchmark::State& state) {  // every box asks once
 }
 BENCHMARK(bvh_overlap)->Apply(sizes);
 
-/// Moves all boxes a little, forth and back from call to call, as a step does.
+/// Moves all boxes a little, back and forth from call to call, as a step does.
 class Mover {
  public:
   explicit Mover(StageFixture& scene) : scene_(scene) {
@@ -69,7 +69,7 @@ class Mover {
   float sign_ = 1;
 };
 
-// A step in which every box is new, the worst there is: bringing the structure up to date, then all pairs.
+// A step in which every box has moved, the worst case: updates the structure, then finds all pairs.
 void find_all(benchmark::State& state, std::unique_ptr<BroadPhase> (*make)()) {
   StageFixture scene(drift(state.range(0)));
   Mover move(scene);
@@ -93,7 +93,7 @@ std::unique_ptr<BroadPhase> make_sweep() { return make_sweep_broad_phase(WorldDe
 BENCHMARK_CAPTURE(find_all, tree, make_tree_broad_phase)->Apply(sizes);
 BENCHMARK_CAPTURE(find_all, sweep, make_sweep)->Apply(sizes);
 
-// Projection and sorting alone: insertion sort of a list that was sorted a step ago, or sorting from nothing.
+// Projection and sorting alone: insertion sort of a list that was sorted one step ago, or sorting from scratch.
 void sweep_sort(benchmark::State& state, bool from_nothing) {
   StageFixture scene(drift(state.range(0)));
   Mover move(scene);

@@ -1,4 +1,4 @@
-// Contact manifolds, a pair of shapes at a time, and the hulls they are made from. Time is per pair.
+// Contact manifolds, one pair of shapes at a time, and building hulls. Time is per pair.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -10,7 +10,7 @@ namespace fathom {
 namespace {
 
 constexpr float margin = 0.02f;        // the speculative margin of bodies at rest
-constexpr std::size_t variants = 256;  // poses near the case's own, so that no branch is learnt by heart
+constexpr std::size_t variants = 256;  // poses near the case's own, so that branch prediction cannot learn them
 
 Vec3 random_vector(Random& random, float limit) {
   const auto x = static_cast<float>(random.symmetric(limit));
@@ -37,7 +37,7 @@ Shape cube() { return box({0.5f, 0.5f, 0.5f}); }
 
 // Poses of B in A's frame.
 Pose above(float height) { return {{0.1f, 0.05f, height}, 0, {}}; }
-// B on an edge, its edge across an edge of A.
+// B on one of its edges, which lies across an edge of A.
 Pose edge_across_edge() {
   const Quat up = normalize(Quat{0.9239f, 0.3827f, 0, 0}), across = normalize(Quat{0.9239f, 0, 0.3827f, 0});
   return {rotate(across, {0, 0, 1.40f}), 0, across * up};

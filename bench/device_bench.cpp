@@ -6,11 +6,10 @@
 //     --preset fathom|dissertation  --broad-phase tree|sweep  --partition colours|cells  --solver soft|impulse
 //     --warm-start on|off  --rounds N  --push-out M/S  --series FILE
 //
-// Options hold for the scenes behind them; a preset decides all algorithms, the options behind it change some.
-// `unbatched` is the mean of all steps, `overlaps` the most that one body had.
-// A step's duration is `Profile::interval`. Results are
+// Options apply to the scenes after them; a preset sets all algorithms, and options after it change some. `unbatched`
+// is the mean of all steps, `overlaps` the maximum of one body. A step's duration is `Profile::interval`. Results are
 // left on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up,
-// except for scenes shorter than 120 steps. Spikes are steps compared with the median of the 61 steps around them.
+// except for scenes shorter than 120 steps. Spikes are steps relative to the median of the 61 steps around them.
 // `--series` appends every such step: scene, bodies, step, ms, each stage's ms, pairs, manifolds, colours.
 #include <algorithm>
 #include <chrono>
@@ -34,7 +33,7 @@ struct Options {
   int ahead = 2;
   bool copy_results = false;
   int threads = 0;
-  WorldDef algorithms;  ///< of which only what presets decide counts
+  WorldDef algorithms;  ///< only what presets set is used
   std::string name = "fathom";
   std::string series_file;
 };
@@ -101,7 +100,7 @@ void measure(const Run& run) {
   const Options& options = run.options;
   const Environment* environment = find_environment(run.name);
   if (!environment) throw Error(ErrorCode::invalid_argument, "no environment '" + run.name + "'");
-  // Pyramids are sized by their layers.
+  // The size of pyramids is in layers.
   Scene scene = environment->make(run.name == "pyramid" ? environment->bodies_of_layers(run.size) : run.size);
   scene.world.simulator = options.simulator;
   scene.world.device = options.device;

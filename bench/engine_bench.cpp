@@ -1,4 +1,4 @@
-// What the engine adds to a step: ticks of entities, spawning, handing states over, zones, recording.
+// The engine's overhead per step: ticks of entities, spawning, passing on states, zones, recording.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
@@ -56,7 +56,7 @@ void frame_with_ticks(benchmark::State& state) {
 }
 BENCHMARK(frame_with_ticks)->Arg(0)->Arg(10000)->Unit(benchmark::kMicrosecond)->UseRealTime();
 
-// Ticks alone that read their body's state and push it.
+// Only ticks that read their body's state and push it.
 void ticks_that_push(benchmark::State& state) {
   Engine engine(quiet_config());
   spawn_ticking<Pushing>(engine, state.range(0), TickPhase::before, true);

@@ -1,5 +1,5 @@
 // limits_bench [--device=D] [--threads=N] [Google Benchmark's options]: primitives and stages on the host (the
-// default), whose stages are the native simulator's, or on a device of the back ends built in, as in --device=cuda or
+// default), with the native simulator's stages, or on a device of a compiled-in back end, such as --device=cuda or
 // sycl:1.
 #include "limits_bench.hpp"
 

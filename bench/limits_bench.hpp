@@ -1,6 +1,6 @@
-// The execution layer's primitives and the simulators' stages against the machine's limit: the bandwidth of its memory,
-// measured first, in the same run. The counter `of_limit` is the share of it that is reached, from the bytes that the
-// work cannot do without; what fits into caches can exceed 1. One source a back end makes its device known here.
+// The execution layer's primitives and the simulators' stages against the machine's limit: its memory bandwidth,
+// measured first, in the same run. The counter `of_limit` is the fraction of it that is reached, counting the bytes
+// that the work must move; what fits into caches can exceed 1. One source per back end registers its device here.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -11,18 +11,18 @@
 
 namespace fathom::bench {
 
-/// What was found of a device; its primitives are registered by then.
+/// What was measured of a device, whose primitives are then registered.
 struct Limits {
   std::string device;    ///< its name
-  double bandwidth = 0;  ///< bytes a second, read and written
+  double bandwidth = 0;  ///< bytes per second, read and written
 };
 
 Limits register_host(int threads);
-/// These two throw Error{unavailable} where there is no such device; only those of back ends that were built exist.
+/// These two throw Error{unavailable} if there is no such device; they exist only for back ends that were built.
 Limits register_cuda(int index);
 Limits register_sycl(int index);
 
-/// The steps of scenes at work in worlds with the simulator, device and threads of `world`.
+/// Registers steps of busy scenes in worlds with the simulator, device and threads of `world`.
 void register_steps(const WorldDef& world, const std::string& where, double bandwidth);
 
 }  // namespace fathom::bench

@@ -1,4 +1,4 @@
-// What launches, copies and primitives cost on a device, as benchmarks.
+// Benchmarks of launches, copies and primitives on a device.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ struct CopyVectors {
   FATHOM_HD void operator()(std::uint32_t i) const { to[i] = from[i]; }
 };
 
-/// Keys without order: the top bits of a multiplicative hash.
+/// Unordered keys: the top bits of a multiplicative hash.
 template <class Key>
 struct Scramble {
   Key* keys;
@@ -72,18 +72,18 @@ class Primitives {
   }
 
  private:
-  /// A benchmark's device, with what is needed to time it.
+  /// A benchmark's device, and what is needed to time it.
   struct Bench {
     D& device;
     double bandwidth;
     benchmark::State& state;
 
-    /// Times `work` with the wait for its end; `before` is not timed. `bytes` it cannot do without; 0 where no limit
-    /// is known.
+    /// Times `work` until it has finished; `before` is not timed. `bytes` is the minimum it must move; 0 if no limit is
+    /// known.
     template <class Work, class Before>
     void time(double bytes, Work&& work, Before&& before) {
       before();
-      work();  // what is compiled at run time is compiled now
+      work();  // compiles what is compiled at run time
       double seconds = 0;
       for (auto _ : state) {
         before();
@@ -98,7 +98,7 @@ class Primitives {
     void time(double bytes, Work&& work) {
       time(bytes, work, [] {});
     }
-    /// A chain of `links`, the time of one in the counter `each`.
+    /// A chain of `links`; the counter `each` is the time of one.
     template <class Work>
     void time_chain(int links, Work&& work) {
       time(0, work);
@@ -116,9 +116,9 @@ class Primitives {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  /// Bytes a second, read and written, of the better of two ways to copy what no cache holds.
+  /// Bytes per second, read and written, for the better of two ways to copy what fits in no cache.
   double measure_bandwidth() const {
-    constexpr std::uint32_t n = 1u << 24;  // of 16 bytes
+    constexpr std::uint32_t n = 1u << 24;  // elements of 16 bytes
     D& device = *device_;
     Buffer<Aligned4> a(device, n), b(device, n);
     device.zero(a.data(), n);
@@ -146,7 +146,7 @@ class Primitives {
   void add_launches(Word n) const {
     constexpr int links = 200;
     const std::string items = "/" + std::to_string(n);
-    /// Chains of launches of all items, plainly and as a graph; of a count that lies on the device, with room for more.
+    /// Chains of launches over all items, plain and as a graph; with a count on the device, below the capacity.
     const auto chain = [&](const std::string& name, bool counted, bool graph) {
       add(name + items, [=](Bench bench) {
         D& device = bench.device;
@@ -184,7 +184,7 @@ class Primitives {
     });
   }
 
-  /// Between host and device, which memory's bandwidth does not limit.
+  /// Between host and device, not limited by memory bandwidth.
   void add_copies() const {
     constexpr std::uint32_t n = 1u << 22;  // 64 MiB
     const auto copy = [&](const std::string& name, bool to_device) {
@@ -252,7 +252,7 @@ class Primitives {
     });
   }
 
-  /// Keys and values have to be read and written once at least; a radix sort does so once a digit.
+  /// Keys and values must be read and written at least once; a radix sort does so once per digit.
   template <class Key>
   void add_sort(Word n) const {
     const auto sort = [&](const std::string& name, Word sorted) {

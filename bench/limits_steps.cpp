@@ -1,4 +1,4 @@
-// The stages of steps against the memory's bandwidth.
+// The stages of steps against the memory bandwidth.
 #include <algorithm>
 
 #include "limits_bench.hpp"
@@ -7,16 +7,16 @@
 namespace fathom::bench {
 namespace {
 
-/// Bytes that a stage has to read and write at least where all its bodies and contacts take part, each array once a
-/// pass: poses and velocities of 32 bytes, boxes of 24, manifolds of 96, three impulses of 4 a point. A stage that
-/// leaves out what has not changed exceeds 1.
+/// Bytes that a stage must read and write if all its bodies and contacts take part, each array once per pass: poses and
+/// velocities of 32 bytes, boxes of 24, manifolds of 96, three impulses of 4 per point. A stage that skips what has not
+/// changed exceeds 1.
 struct StageBytes {
   double find_pairs, update_manifolds, solve;
 
   StageBytes(const StepCounts& c, int substeps)
       : find_pairs(c.active * (32.0 + 24) + c.pairs * 8.0),
         update_manifolds(c.active * 32.0 + c.manifolds * 96.0),
-        // A sweep and a relax sweep a substep read manifolds and change impulses and bodies.
+        // A sweep and a relax sweep per substep read manifolds and change impulses and bodies.
         solve(substeps * (c.active * 128.0 + 2 * (c.manifolds * 96.0 + c.points * 24.0)) + c.active * 64.0) {}
 };
 

@@ -12,7 +12,7 @@ namespace {
 constexpr int body_count = 10000;
 constexpr std::size_t ray_count = 1 << 16;
 
-/// Half the side (m) of what holds the bodies.
+/// Half the side (m) of the region with the bodies.
 constexpr float reach = 43.0f;
 
 float uniform(std::mt19937& random, float low, float high) {
@@ -121,7 +121,7 @@ void overlap_shape(benchmark::State& state, MakeWorld make, const Shape& shape) 
 }
 BENCHMARK_CAPTURE(overlap_shape, sphere_in_cloud, cloud, sphere(2))->Arg(10);
 
-// What the first question after a step costs besides: all bodies have moved.
+// Extra cost of the first query after a step: all bodies have moved.
 void first_after_a_change(benchmark::State& state, SimulatorKind kind) {
   World world = cloud(kind);
   const BodyId moved = world.bodies()[0];
@@ -133,7 +133,7 @@ void first_after_a_change(benchmark::State& state, SimulatorKind kind) {
 BENCHMARK_CAPTURE(first_after_a_change, native, SimulatorKind::native);
 BENCHMARK_CAPTURE(first_after_a_change, device, SimulatorKind::device);
 
-/// A step of the cloud, adrift, with as many sensors: balls of 2 m.
+/// A step of the drifting cloud with as many sensors as bodies: balls of 2 m.
 void step_with_sensors(benchmark::State& state, SimulatorKind kind) {
   World world = cloud(kind);
   world.set_gravity({});

@@ -1,10 +1,10 @@
-// Time of a frame off-screen, by number of bodies and by the way the poses take: from the host's memory, from a CUDA
-// device through the host, and within the GPU's memory.
+// Time of an off-screen frame, by number of bodies and by the path of the poses: from host memory, from a CUDA device
+// through the host, and within the GPU's memory.
 //
 //   render_bench [--bodies 10000,100000,1000000] [--frames 60] [--size 1280x720] [--samples 4] [--shadows 4096]
 //                [--gpu auto] [--pictures FOLDER] [--device cuda]
 //
-// With --device it simulates on that device too: a frame is then a step of `spread` or `drift`, and its picture.
+// With --device it also simulates on that device: a frame is then a step of `spread` or `drift`, and its picture.
 #ifdef FATHOM_WITH_CUDA_POSES
 #include <cuda_runtime_api.h>
 #endif
@@ -72,7 +72,7 @@ Options parse(int argc, char** argv) {
   return options;
 }
 
-/// Cubes in a square block of ten layers, each turned a little; `phase` moves them.
+/// Cubes in a square block of ten layers, each slightly turned; `phase` moves them.
 std::vector<Pose> block(std::size_t count, float phase) {
   const auto side = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(count) / 10)));
   std::vector<Pose> poses(count);
@@ -90,7 +90,7 @@ struct Times {
   double median = 0, p99 = 0, cpu = 0;  // ms
 };
 
-/// Frames with their end waited for. `write` hands the poses of a frame to the renderer.
+/// Times frames until they have finished. `write` passes the poses of a frame to the renderer.
 template <class Write>
 Times measure(Renderer& renderer, const Frame& frame, const OffscreenTarget& target, int frames, const Write& write) {
   using Clock = std::chrono::steady_clock;
@@ -124,7 +124,7 @@ void check(cudaError_t status) {
   if (status != cudaSuccess) throw std::runtime_error(std::string("CUDA: ") + cudaGetErrorString(status));
 }
 
-/// Poses in the device's memory.
+/// Poses in device memory.
 class OnDevice {
  public:
   explicit OnDevice(const std::vector<Pose>& poses) : count_(poses.size()) {
@@ -198,7 +198,7 @@ void run(std::size_t count, const Options& options, int cuda_device) {
 #endif
 }
 
-/// Frames of a world that steps, by the way its poses take to the picture.
+/// Frames of a stepping world, by the path of its poses to the picture.
 void run_world(const char* name, std::size_t count, const Options& options) {
   const OffscreenTarget target(options.width, options.height, options.samples);
   const float aspect = static_cast<float>(options.width) / static_cast<float>(options.height);

@@ -1,5 +1,5 @@
-// Manifolds and the contact solver on a pyramid of 15 layers: every kernel forevery instruction set that this
-// machine can run, on one thread. The counters `per_…` are what to compare.
+// Manifolds and the contact solver on a pyramid of 15 layers: every kernel for every instruction set that this machine
+// can run, on one thread. Compare the counters `per_…`.
 #include <benchmark/benchmark.h>
 
 #include <cstring>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t pyramid_size = 15;
 
-/// Seconds for each of the `items` things that an iteration works on.
+/// Seconds for each of the `items` that an iteration processes.
 benchmark::Counter per(std::size_t items) {
   return {static_cast<double>(items), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert};
 }
@@ -83,7 +83,7 @@ class Blocks {
   void iterate() { sweep(kernels_.iterate); }
   void store() { kernels_.store(array_, 0, stretches_.back(), lanes_.data(), constrained(), 1, {}); }
 
-  /// Otherwise sweeps repeated forever would end in denormal numbers.
+  /// Otherwise endlessly repeated sweeps would end in denormal numbers.
   void reset_bodies() {
     std::memcpy(scene_.state.solver.data(), at_start_.data(), at_start_.size() * sizeof(SolverBody));
   }
@@ -150,7 +150,7 @@ std::vector<SolverKernels> runnable_kernels() {
   return list;
 }
 
-// The instruction sets are known only when the program runs, so these register themselves.
+// The instruction sets are known only at run time, so these register themselves.
 [[maybe_unused]] const bool registered = [] {
   static const std::vector<SolverKernels> list = runnable_kernels();
   const std::pair<const char*, void (Blocks::*)()> passes[] = {
@@ -163,7 +163,7 @@ std::vector<SolverKernels> runnable_kernels() {
   return true;
 }();
 
-// All substeps of a step, as the simulator calls it.
+// All substeps of a step, called as the simulator does.
 void contact_solver(benchmark::State& state, Solver method) {
   StageFixture scene(pyramid(pyramid_size));
   scene.make_contacts();

@@ -1,4 +1,4 @@
-// A scene's bodies and contacts as the stages of the native simulator see them, without a simulator.
+// A scene's bodies and contacts as the native simulator's stages see them, without a simulator.
 #pragma once
 
 #include "dynamics/manifold_update.hpp"
@@ -64,10 +64,10 @@ struct StageFixture {
   std::vector<std::uint32_t> moving;   // slots of dynamic bodies
   std::size_t manifold_count = 0;
   std::vector<FastPair> fast;
-  std::vector<std::uint32_t> ended, gone;  // of parts of pairs with surfaces: there are none
+  std::vector<std::uint32_t> ended, gone;  // for pairs with surfaces: there are none
   bool has_new_parts = false;
   ExcludedPairs excluded;
-  Seams seams{bodies, state, joints, excluded};  // without any
+  Seams seams{bodies, state, joints, excluded};  // empty
 };
 
 }  // namespace fathom::native

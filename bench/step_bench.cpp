@@ -1,4 +1,4 @@
-// Whole steps of the four environments, always the same steps of them, with the mean time of each stage (s).
+// Whole steps of the four environments, always the same steps, with the mean time of each stage (s).
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -8,7 +8,7 @@
 namespace fathom {
 namespace {
 
-constexpr int first_step = 120;  // by then the bodies of `spread` and the lower layers lie
+constexpr int first_step = 120;  // by then the bodies of `spread` and the lower layers have landed
 constexpr int steps = 200;
 
 using Clock = std::chrono::steady_clock;
@@ -34,7 +34,7 @@ void report(benchmark::State& state, const StageTimes& sum, const StepCounts& la
   state.counters["manifolds"] = last.manifolds;
 }
 
-// Arguments: size (bodies, of `pyramid` layers), threads.
+// Arguments: size (bodies, for `pyramid` layers), threads.
 void step(benchmark::State& state, Scene (*make)(std::int64_t)) {
   Scene scene = make(state.range(0));
   scene.world.threads = static_cast<int>(state.range(1));
@@ -68,8 +68,8 @@ BENCHMARK_CAPTURE(step, layers, layers)->Apply(bodies);
 BENCHMARK_CAPTURE(step, spread, spread)->Apply(bodies);
 BENCHMARK_CAPTURE(step, pyramid, pyramid)->Apply(layer_counts);
 
-// The end of a step alone, per body: of `drift` most bodies are free, and it integrates them; of `spread` all lie
-// on the ground, and it adopts what the solver made of them.
+// The end of a step alone, per body: in `drift` most bodies are free, and it integrates them; in `spread` all lie on
+// the ground, and it adopts the solver's results.
 void finish(benchmark::State& state, Scene (*make)(std::int64_t)) {
   Scene scene = make(1000);
   scene.world.threads = 1;

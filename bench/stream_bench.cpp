@@ -1,12 +1,12 @@
-// A stream: bodies that come and go in every step, and what it costs to read what came of them.
+// A stream: bodies that come and go in every step, and the cost of reading their results.
 //
 //     stream_bench [--device D] [--native|--hybrid] [--ahead N] [--threads N] [--bodies N] [--churn N] [--steps N]
 //                  [--hulls] [--density N] [--read nothing|poses|events|contacts|all]
 //
-// So many bodies rain on a floor, `density` (1) for a square metre; in every step `churn` of them come at the top, and
-// those that have been there longest go. Times are the host's, from the first call for a step to the last: `calls` is
-// adding and removing, `step` the call of that name, `read` what was asked for; the results of the last step of a run
-// are waited for, so the sum is what a frame takes. The first 120 steps do not count. Where nothing is read and nothing
+// The given number of bodies rain on a floor, `density` (1) per square metre; in every step `churn` of them arrive at
+// the top, and the oldest are removed. Times are the host's, from the first call for a step to the last: `calls` is
+// adding and removing, `step` the call of that name, `read` the requested reading; the results of a run's last step are
+// waited for, so the sum is the time of a frame. The first 120 steps do not count. If nothing is read and nothing
 // waits, `step` is the device's pace.
 #include <algorithm>
 #include <chrono>

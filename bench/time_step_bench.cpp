@@ -1,10 +1,10 @@
-// What a time step that changes does to stacks: the dissertation's first suspect for its instabilities (section 4.3).
+// How a changing time step affects stacks: the dissertation's first suspect for its instabilities (section 4.3).
 //
 //     time_step_bench [--seconds S] scene:size …
 //
 // Scenes (pyramids by layers) run on the device simulator's host back end, with five sets of algorithms and four
-// sequences of time steps. A world has one Δt; here the simulator is saved and restored with another before each step
-// whose Δt differs from the last, contacts and their impulses included. "Worst" is over all steps after the first
+// sequences of time steps. A world has a single Δt; before each step whose Δt differs from the last, the simulator is
+// saved and restored with the new one, including contacts and their impulses. "Worst" is over all steps after the first
 // second.
 #include <algorithm>
 #include <cstdio>

@@ -47,7 +47,7 @@ engine::Camera overview(const Scene& scene) {
   return {.eye = middle + distance * normalize(Vec3{1, -1, 0.6f}), .target = middle};
 }
 
-/// Space pauses, a full stop makes one step, escape ends; each unless the configuration binds the action otherwise.
+/// Space pauses, a full stop makes one step, escape ends, unless the configuration binds the action otherwise.
 void bind_keys(engine::Config& config) {
   for (const auto& [action, key] : {std::pair{"pause", "space"}, {"step", "period"}, {"quit", "escape"}})
     if (!config->actions.contains(action)) config.set(fmt::format("input.actions.{}={}", action, key));

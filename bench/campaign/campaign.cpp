@@ -26,7 +26,7 @@ std::string options_of(const Settings& settings) {
   return text.empty() ? text : text.substr(1);
 }
 
-/// The campaign so far. Figures of several builds or machines in one table would compare what is not comparable.
+/// The campaign so far. Figures from several builds or machines in one table would not be comparable.
 Campaign begin(const Store& store, const Settings& settings) {
   Circumstances here = circumstances_here();
   here.form = name_of(settings.form);
@@ -66,7 +66,7 @@ std::vector<Case> cases_of(const Settings& settings, const Offer& offer) {
   return cases;
 }
 
-/// Time that remains, from what runs were expected to take and did take.
+/// Remaining time, from the expected and actual duration of runs.
 class Clockwork {
  public:
   explicit Clockwork(double expected) : left_(expected) {}
@@ -86,7 +86,7 @@ class Clockwork {
 bool run_campaign(const Store& store, const Settings& settings, const Observer& observe) {
   const Offer offer = offer_of_this_machine();
   const std::vector<Case> cases = cases_of(settings, offer);
-  begin(store, settings);  // refuses what cannot be before it makes a folder
+  begin(store, settings);  // rejects invalid settings before a folder is created
   store.create();
   const auto claim = store.claim();
   Campaign campaign = begin(store, settings);

@@ -20,7 +20,7 @@ double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Of the mean of such values, squared.
+/// Squared standard error of the mean of these values.
 double standard_error_squared(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
   const double mean = mean_of(values);
@@ -35,7 +35,7 @@ double student(std::size_t degrees) {
   return degrees == 0 ? table[0] : degrees <= table.size() ? table[degrees - 1] : 2.0;
 }
 
-/// A round as the logarithms of its stretches.
+/// The logarithms of a round's stretches.
 std::vector<double> logarithms(const std::vector<double>& stretches, std::size_t count) {
   std::vector<double> logs;
   for (std::size_t i = 0; i < count; ++i) logs.push_back(std::log(std::max(stretches[i], 1e-9)));
@@ -48,7 +48,7 @@ std::size_t stretches_of(const Entry& entry) {
   return least;
 }
 
-/// Why the times of two entries tell nothing about each other; "" where they do.
+/// Why the times of two entries cannot be compared; "" if they can.
 std::string incomparable(const Entry& a, const Entry& b) {
   if (a.rounds.empty() || b.rounds.empty()) return "no times";
   if (a.in_stretches && b.in_stretches) return {};
@@ -56,7 +56,7 @@ std::string incomparable(const Entry& a, const Entry& b) {
   return fmt::format("{} and {} steps", a.steps, b.steps);
 }
 
-/// Times of the same stretches of steps, paired: what the scene does there is the same in both.
+/// Compares times of the same stretches of steps in pairs: the scene does the same in both.
 void compare_times(Difference& d, const Entry& a, const Entry& b, double noise) {
   d.not_compared = incomparable(a, b);
   if (!d.not_compared.empty()) return;
@@ -86,7 +86,7 @@ void compare_times(Difference& d, const Entry& a, const Entry& b, double noise) 
   d.slower = d.low > 1, d.faster = d.high < 1;
 }
 
-/// A count is exact but for what the tolerance allows: the compiler's moods, libraries.
+/// A count is exact except for the tolerance: variations of the compiler and of libraries.
 void compare_counts(Difference& d, const Entry& a, const Entry& b, double tolerance) {
   d.unit = "instructions";
   d.before = a.rounds.front().front(), d.after = b.rounds.front().front();
@@ -102,7 +102,7 @@ std::string grown(const Json& a, const Json& b, const char* name, double margin,
   return fmt::format("{} {} -> {} {}", what, figure(before), figure(after), unit);
 }
 
-/// What both knew after the same number of steps, as late as there is any.
+/// The latest quality that both measured after the same number of steps.
 std::pair<const Json*, const Json*> at_last_common_step(const Entry& a, const Entry& b) {
   for (auto last = a.quality.rbegin(); last != a.quality.rend(); ++last)
     for (const auto& [step, quality] : b.quality)
@@ -110,7 +110,7 @@ std::pair<const Json*, const Json*> at_last_common_step(const Entry& a, const En
   return {};
 }
 
-/// Which of the two ended before its time.
+/// Which of the two ended early.
 std::string cut_short(const Entry& a, const Entry& b) {
   std::string text;
   for (const auto& [name, entry] : {std::pair("before", &a), std::pair("after", &b)})
@@ -125,7 +125,7 @@ std::string less_stable(const Entry& a, const Entry& b) {
   const auto [before, after] = at_last_common_step(a, b);
   if (!before || !after) return {};
   std::string text = grown(*before, *after, "ground_penetration_max", 1e-4, "in the ground", "m");
-  // Where bodies move freely, how far and how fast is the scene's business.
+  // If bodies move freely, the scene determines how far and how fast.
   if (!a.rests) return text;
   for (const std::string& more : {grown(*before, *after, "displacement_max", 1e-3, "moved", "m"),
                                   grown(*before, *after, "kinetic_energy_per_body", 1e-4, "energy", "J")})

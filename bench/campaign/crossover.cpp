@@ -12,7 +12,7 @@
 namespace fathom::campaign {
 namespace {
 
-/// Where the logarithm of native/device passes 0 on a line through two sizes.
+/// Where log(native/device) passes 0 on a line through two sizes.
 double interpolate(const Duel& a, const Duel& b) {
   const double at_a = std::log(a.native / a.device), at_b = std::log(b.native / b.device);
   const double share = at_a / (at_a - at_b);
@@ -49,7 +49,7 @@ std::optional<Crossover> crossover(const std::vector<Duel>& duels) {
   result.always = std::ranges::all_of(duels, wins);
   result.never = !wins(duels.back());
   if (result.always || result.never) return result;
-  std::size_t first = duels.size() - 1;  // of the sizes from which on the device wins
+  std::size_t first = duels.size() - 1;  // of the sizes from which the device wins
   while (wins(duels[first - 1])) --first;
   result.below = duels[first - 1].bodies, result.above = duels[first].bodies;
   result.bodies = interpolate(duels[first - 1], duels[first]);

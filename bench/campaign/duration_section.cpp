@@ -13,9 +13,9 @@ namespace {
 using page::Curve;
 using page::Plot;
 
-constexpr std::size_t max_columns = 240;  // of a plot: more would draw over each other
+constexpr std::size_t max_columns = 240;  // of a plot: more would overlap
 
-/// Least and largest of every stretch of steps, so that spikes stay visible in fewer points.
+/// Minimum and maximum of every stretch of steps, so that spikes stay visible with fewer points.
 void add_samples(Curve& curve, const std::vector<Sample>& samples, double Sample::*stage, double dt) {
   const std::size_t stretch = std::max<std::size_t>(1, samples.size() / max_columns);
   for (std::size_t begin = 0; begin < samples.size(); begin += stretch) {
@@ -37,7 +37,7 @@ std::string figure_html(const Plot& plot, bool large) {
 
 using CurveOf = std::function<Curve(const Measurement&)>;
 
-/// A stage of these runs over time, with the published average where there is one.
+/// A stage of these runs over time, with the published average if there is one.
 Plot over_time(const std::string& title, const std::vector<const Measurement*>& runs, const CurveOf& curve_of,
                const Stage& stage, const PublishedRow* processor) {
   Plot plot;
@@ -60,7 +60,7 @@ Plot over_time(const std::string& title, const std::vector<const Measurement*>& 
   return plot;
 }
 
-/// The whole step, large; its stages, smaller, for who opens them.
+/// The whole step, large; its stages smaller and folded.
 std::string plots_of(const std::string& title, const std::vector<const Measurement*>& runs, const CurveOf& curve_of,
                      const PublishedRow* processor) {
   if (runs.empty()) return {};
@@ -81,7 +81,7 @@ std::vector<const Measurement*> reported(std::vector<const Measurement*> runs) {
   return runs;
 }
 
-/// Few lines: of each set of algorithms the native simulator and the fastest device.
+/// Few lines: for each set of algorithms the native simulator and the fastest device.
 std::vector<const Measurement*> drawn_runs(const View& view, const std::string& environment, std::int64_t bodies) {
   std::vector<const Measurement*> drawn;
   const std::vector<const Measurement*> runs = reported(view.table_runs(environment, bodies));
@@ -149,7 +149,7 @@ std::string duration_section(const View& view) {
 }
 
 std::string threads_section(const View& view) {
-  // The environment of figures 4.1 to 4.9, or the first where it was not run.
+  // The environment of figures 4.1 to 4.9, or else the first that was run.
   const std::vector<std::string> environments = view.environments();
   const bool has_layers = std::ranges::find(environments, "layers") != environments.end();
   const std::string environment = has_layers ? "layers" : environments.empty() ? "" : environments.front();

@@ -1,4 +1,4 @@
-// What a run of the campaign found.
+// Results of a run of the campaign.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace fathom::campaign {
 /// One step (ms; counts of the step).
 struct Sample {
   std::uint64_t step = 0;  ///< from 1
-  double total = 0;        ///< wall time; on a device from the end of the step before to this one's, on its clock
+  double total = 0;  ///< wall time; on a device from the end of the previous step to the end of this one, on its clock
   double broad_phase = 0, narrow_phase = 0, collision_resolution = 0;
   std::uint32_t pairs = 0, manifolds = 0, points = 0;
 };
@@ -29,12 +29,13 @@ struct StageStatistics {
   Statistics total, broad_phase, narrow_phase, collision_resolution;
 };
 
-/// How far single steps stand out: steps over the median of the 61 around them, the first second left out as start-up.
+/// How far individual steps stand out: step over the median of the 61 steps around it, without the first second
+/// (start-up).
 struct Spikes {
   double p99 = 1, max = 1;
 };
 
-/// What a run's samples come to.
+/// Summary of a run's samples.
 struct Summary {
   StageStatistics stages;
   Spikes spikes;
@@ -47,7 +48,7 @@ struct Measurement {
   std::string hardware;  ///< what it ran on
   std::uint64_t bodies = 0;
   std::uint64_t steps = 0;      ///< made
-  std::vector<Sample> samples;  ///< one a step
+  std::vector<Sample> samples;  ///< one per step
   Summary summary;
   std::vector<QualitySample> quality;  ///< every few seconds, the last at the end
   double wall_seconds = 0;             ///< for all steps
@@ -56,7 +57,7 @@ struct Measurement {
   std::string hash;                    ///< of the last state
   std::string skipped;                 ///< why there was no run, or it has no figures
   std::string refused;                 ///< why its figures are not reported: states not finite, exploded
-  std::string failing;                 ///< what is wrong with a run whose figures are reported all the same
+  std::string failing;                 ///< what is wrong with a run whose figures are reported nevertheless
   bool cut_short = false;              ///< by the limit on a run's time
 
   bool reported() const { return skipped.empty() && refused.empty(); }

@@ -9,7 +9,7 @@ namespace fathom::campaign {
 
 inline constexpr const char* peers_file = "peers.json";
 
-/// Empty words where the folder has no such file. Throws `Error{file}` where it is not what `fathom bench peers` wrote.
+/// Empty if the folder has no such file. Throws `Error{file}` if it was not written by `fathom bench peers`.
 std::string peers_section(const Store& store);
 
 }  // namespace fathom::campaign

@@ -17,21 +17,21 @@ namespace fathom::campaign {
 #ifdef FATHOM_HAS_RENDER
 
 struct Painter::Drawing {
-  std::unique_ptr<render::OffscreenContext> context;  // null where there is no OpenGL
-  std::optional<render::Stage> stage;                 // of the run at work
+  std::unique_ptr<render::OffscreenContext> context;  // null without OpenGL
+  std::optional<render::Stage> stage;                 // for the current run
 
   Drawing() {
     try {
       context = render::make_offscreen_context();
     } catch (const Error&) {
-      // The report says that there are no pictures.
+      // The report then says that there are no pictures.
     }
   }
 
   void begin(const World& world) {
     render::StageSettings settings;
     settings.width = 480, settings.height = 270, settings.enlargement = 2;
-    // What drifts without gravity drifts in water.
+    // Scenes without gravity are shown under water.
     const bool water = length_squared(world.gravity()) == 0;
     settings.look = water ? render::LookKind::water : render::LookKind::daylight;
     stage.emplace(settings);
@@ -66,7 +66,7 @@ Painter::Painter(const Store& store, std::string device, std::uint64_t steps)
 Painter::~Painter() = default;
 
 bool Painter::wanted(const Case& c) const {
-  // Of the published sizes the one in the middle: large enough to pile up, small enough to see.
+  // The middle one of the published sizes: large enough to pile up, small enough to see.
   if (c.round != 1 || c.bodies != (c.environment == "pyramid" ? 385 : 1'000)) return false;
   return c.set == "fathom" ? c.simulator == "native" && c.threads == 1 : c.simulator == "device" && c.device == device_;
 }

@@ -19,7 +19,8 @@ struct Sizes {
   std::vector<std::int64_t> published, huge;
 };
 
-/// Bodies; pyramids of 5, 10 and 15 layers are published, of 66 and 143 layers come near the others' huge sizes.
+/// Bodies. Pyramids of 5, 10 and 15 layers are published; those of 66 and 143 layers are close to the others' huge
+/// sizes.
 const std::vector<Sizes>& sizes() {
   static const std::vector<Sizes> all = {
       {"drift", {100, 1'000, 10'000}, {100'000, 1'000'000}},
@@ -30,7 +31,7 @@ const std::vector<Sizes>& sizes() {
   return all;
 }
 
-/// On one machine everything of a scene that is worth its time in this form.
+/// Everything of a scene that is worth its time in this form, on one machine.
 std::vector<Case> cases_of_scene(const Case& scene, bool huge, Form form, const Offer& offer) {
   const bool quick = form == Form::quick, large = scene.bodies > 1'240;
   const int all = table_threads(offer.threads);
@@ -51,7 +52,7 @@ std::vector<Case> cases_of_scene(const Case& scene, bool huge, Form form, const 
       continue;
     }
     for (const std::string& device : offer.devices) {
-      // Large scenes on a processor say nothing and take long.
+      // Large scenes on a processor show nothing and take long.
       if (offer.is_processor(device) && (huge || (quick && large))) continue;
       for (const AlgorithmSet& set : algorithm_sets())
         if (set.name == "fathom" || !huge) add(simulator.name, device, all, set.name);
@@ -110,7 +111,7 @@ std::vector<Case> plan(Form form, const Offer& offer, int rounds) {
 }
 
 double expected_seconds(const Case& c, const Offer& offer) {
-  // Microseconds a body and step with one thread of a server core of 2023, as measured; a GPU's step has a floor.
+  // Microseconds per body and step with one thread of a 2023 server core, as measured; a GPU's step has a floor.
   struct Cost {
     const char* environment;
     double native, native_published, host, host_published;

@@ -1,4 +1,4 @@
-// Which runs a campaign consists of, on a given machine.
+// The runs of a campaign on a given machine.
 #pragma once
 
 #include <string>
@@ -8,12 +8,11 @@
 
 namespace fathom::campaign {
 
-/// How much of the campaign is run.
+/// How much of the campaign to run.
 enum class Form {
-  quick,  ///< minutes on two cores: sizes up to 1,240 with one thread and with all, 10,000 on the native simulator
-          ///< alone
+  quick,  ///< minutes on two cores: sizes up to 1,240 with one thread and with all, 10,000 only on the native simulator
   full,   ///< everything published: all sizes, numbers of threads, devices and sets of algorithms
-  huge,   ///< and up to 1,000,000 bodies
+  huge,   ///< the same, and up to 1,000,000 bodies
 };
 std::string_view name_of(Form form);
 
@@ -21,23 +20,23 @@ std::string_view name_of(Form form);
 struct Offer {
   int threads = 1;                   ///< hardware threads
   std::vector<std::string> devices;  ///< selections of `WorldDef::device`: "host", "cuda:0"
-  /// Those of them that are processors, through SYCL too: they run the device's kernels to test them.
+  /// The devices that are processors, also through SYCL: they run the device's kernels to test them.
   std::vector<std::string> processors = {"host"};
 
   bool is_processor(const std::string& device) const;
 };
 Offer offer_of_this_machine();
 
-/// 1, 2, 4, … up to 32 as far as the machine has them, and what it has if that is less than 32.
+/// 1, 2, 4, … up to 32 or the machine's number of threads, and that number itself if it is less than 32.
 std::vector<int> thread_counts(int hardware_threads);
-/// With how many threads the native simulator stands in the tables: 8 as published, or all where there are fewer.
+/// The native simulator's number of threads in the tables: 8 as published, or all if there are fewer.
 int table_threads(int hardware_threads);
 
-/// Scene after scene; within a scene the simulators take turns, round by round, so that a slow minute of the machine
-/// meets them all.
+/// Scene after scene; within a scene the simulators alternate, round by round, so that a slow minute of the machine
+/// affects them all.
 std::vector<Case> plan(Form form, const Offer& offer, int rounds);
 
-/// About how long a run takes there (s), for the time that remains.
+/// Approximate duration of a run there (s), for estimating the remaining time.
 double expected_seconds(const Case& what, const Offer& offer);
 
 }  // namespace fathom::campaign

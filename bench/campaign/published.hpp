@@ -11,7 +11,7 @@ struct PublishedRow {
   std::string table, environment;
   std::int64_t bodies = 0;
   std::string hardware, simulator;
-  double broad_phase = 0, narrow_phase = 0, collision_resolution = 0;  ///< ms, averages of a step
+  double broad_phase = 0, narrow_phase = 0, collision_resolution = 0;  ///< ms, averages per step
 
   double total() const { return broad_phase + narrow_phase + collision_resolution; }
 };

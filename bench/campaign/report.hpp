@@ -1,4 +1,4 @@
-// The report: one page from a campaign's folder, and from what other engines did where they were measured there.
+// The report: one page from a campaign's folder, including other engines if they were measured there.
 #pragma once
 
 #include "store.hpp"

@@ -1,4 +1,4 @@
-// The files that comparisons read: what each knows of each thing that it measured.
+// The files that comparisons read: what each contains about each thing it measured.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@
 
 namespace fathom::campaign {
 
-/// What one file knows of one thing.
+/// What one file contains about one thing.
 struct ResultEntry {
   std::string name;
-  /// ms; a value for every stretch of steps, the same stretches in all rounds. A run shorter than a stretch is one of
-  /// its own.
+  /// ms; a value for every stretch of steps, with the same stretches in all rounds. A run shorter than a stretch counts
+  /// as one.
   std::vector<std::vector<double>> rounds;
   bool in_stretches = false;  ///< of fixed length, so that runs of different lengths have some in common
   std::uint64_t steps = 0;
   bool cut_short = false;  ///< by the limit on a run's time
   std::string hash, trouble;
-  std::vector<std::pair<std::uint64_t, Json>> quality;  ///< after so many steps
-  bool rests = false;                                   ///< bodies that should stay where they are
+  std::vector<std::pair<std::uint64_t, Json>> quality;  ///< with its number of steps
+  bool rests = false;                                   ///< whether bodies should stay in place
 };
 
 struct ResultsFile {
@@ -30,8 +30,8 @@ struct ResultsFile {
   double tolerance = 0;  ///< of instruction counts
 };
 
-/// A file of `fathom bench campaign` (campaign.json), `fathom bench peers` (peers.json) or `bench/instructions`. Throws
-/// `Error{file}` on anything else.
+/// Reads a file of `fathom bench campaign` (campaign.json), `fathom bench peers` (peers.json) or `bench/instructions`.
+/// Throws `Error{file}` for anything else.
 ResultsFile read_results(const std::string& path);
 
 }  // namespace fathom::campaign

@@ -14,12 +14,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Looking at all bodies costs caches their contents: rarely enough that the 99th percentile does not see it.
+// Looking at all bodies evicts the caches: rarely enough not to affect the 99th percentile.
 constexpr std::uint64_t quality_interval = 180;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// One world at work. Devices are ahead of what is read, so a step's profile comes some steps later.
+/// A running world. Devices are ahead of what is read, so a step's profile arrives some steps later.
 class Runner {
  public:
   Runner(const Case& what, const Scene& scene) : scene_(scene), world_(scene.world), instance_(scene, world_) {
@@ -38,7 +38,7 @@ class Runner {
     result_.wall_seconds += wall;
     ++result_.steps;
     take(profile, 1e3 * wall);
-    // Asking for events waits for all steps under way; the profile comes with the newest that ended.
+    // Reading events waits for all steps in flight; the profile is that of the newest finished step.
     if (profile.counts.quarantined > 0)
       for (const Quarantine& event : world_.quarantined()) quarantined_.insert(event.body.index);
     if (result_.steps % quality_interval == 0) look();
@@ -83,7 +83,7 @@ class Runner {
   SceneInstance instance_;
   Measurement result_;
   std::uint64_t interruptions_before_ = interruptions();
-  // A body in quarantine has a finite pose again, but its state was not finite.
+  // A body in quarantine has a finite pose again, although its state was not finite.
   std::set<std::uint32_t> quarantined_;
 };
 
@@ -91,7 +91,7 @@ class Runner {
 
 std::string refusal(const Scene& scene, const Quality& quality, std::uint64_t steps) {
   if (quality.non_finite > 0) return fmt::format("{} states not finite", quality.non_finite);
-  // Nothing may have more energy than gravity and kicks can have given it.
+  // No body may have more energy than gravity and kicks can have given it.
   double height = 0, mass = 0, bodies = 0;
   for (const BodyDef& body : scene.bodies) {
     if (body.motion != MotionType::dynamic) continue;

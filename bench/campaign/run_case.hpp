@@ -1,4 +1,4 @@
-// Makes one run of the campaign.
+// Executes one run of the campaign.
 #pragma once
 
 #include <functional>
@@ -13,13 +13,13 @@ struct RunLimits {
   double seconds = 1e9;  ///< of wall time, after which a run is cut short
 };
 
-/// Called before the first step, with 0, and after every one; false ends the run.
+/// Called before the first step, with 0, and after each step; false ends the run.
 using StepObserver = std::function<bool(std::uint64_t step, const World& world)>;
 
-/// The finished run, or none where the observer ended it. What the simulator cannot do comes back as `skipped`.
+/// The finished run, or nothing if the observer ended it. What the simulator cannot do is reported as `skipped`.
 std::optional<Measurement> run_case(const Case& what, const RunLimits& limits, const StepObserver& observe);
 
-/// Why states like these are not to be reported (not finite, more energy than there was to begin with), or nothing.
+/// Why such states are not to be reported (not finite, more energy than at the start), or empty.
 std::string refusal(const Scene& scene, const Quality& quality, std::uint64_t steps);
 
 }  // namespace fathom::campaign

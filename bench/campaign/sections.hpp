@@ -1,4 +1,4 @@
-// The parts of the report, each as HTML.
+// The sections of the report as HTML.
 #pragma once
 
 #include <string>
@@ -7,20 +7,20 @@
 
 namespace fathom::campaign {
 
-/// What the figures come to, in words.
+/// The results in words.
 std::string summary_section(const View& view);
-/// Average stage durations beside the published ones, in the form of tables 4.2 to 4.5.
+/// Average stage durations beside the published ones, laid out as tables 4.2 to 4.5.
 std::string stage_tables_section(const View& view);
-/// From how many bodies each device beats the native simulator.
+/// From how many bodies on each device beats the native simulator.
 std::string crossover_section(const View& view);
-/// What the speed is worth: displacement, penetration, energy, spikes.
+/// Quality behind the speed: displacement, penetration, energy, spikes.
 std::string quality_section(const View& view);
 std::string pictures_section(const View& view, const Store& store);
-/// Durations over time, in the form of figures 4.11 to 4.49, and against the number of bodies.
+/// Durations over time, laid out as figures 4.11 to 4.49, and against the number of bodies.
 std::string duration_section(const View& view);
 /// Figures 4.1 to 4.9: numbers of threads.
 std::string threads_section(const View& view);
-/// What is not in the tables, and why.
+/// What is missing from the tables, and why.
 std::string exclusions_section(const View& view);
 
 }  // namespace fathom::campaign

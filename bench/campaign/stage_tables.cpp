@@ -16,8 +16,7 @@ constexpr std::size_t columns = published_stages + 1, whole = published_stages;
 /// The whole step comes first: it is what counts.
 constexpr std::array<std::size_t, columns> order{whole, 0, 1, 2};
 
-/// Whose stage is the shortest among this machine's runs, over the steps that all of them made, and the least
-/// published.
+/// For each stage, this machine's fastest run over the steps that all runs made, and the fastest published time.
 struct Best {
   std::array<const Measurement*, columns> ours{};
   std::array<double, columns> published{};

@@ -23,14 +23,14 @@ constexpr int format = 1;
 
 Quality quality_of(const Json& json) {
   Quality q;
-  // A state that is not finite may have left figures that JSON writes as null.
+  // States that are not finite may have left figures that JSON writes as null.
   const auto number = [&](const char* name) { return json.at(name).is_number() ? json.at(name).get<double>() : 0.0; };
   q.ground_penetration_max = number("ground_penetration_max");
   q.displacement_max = number("displacement_max");
   q.top_drop = number("top_drop");
   q.kinetic_energy_per_body = number("kinetic_energy_per_body");
   q.bodies_below_ground = json.at("bodies_below_ground");
-  q.overlap_max = json.value("overlap_max", 0.0);  // files of earlier versions have none of these
+  q.overlap_max = json.value("overlap_max", 0.0);  // absent in files of earlier versions
   q.joint_gap_max = json.value("joint_gap_max", 0.0);
   q.escaped = json.value("escaped", std::uint64_t{0});
   q.non_finite = json.at("non_finite");
@@ -172,7 +172,7 @@ void Store::create() const {
 }
 
 std::unique_ptr<files::OutputFile> Store::claim() const {
-  return std::make_unique<files::OutputFile>(path("campaign"));  // never finished: it goes with the run
+  return std::make_unique<files::OutputFile>(path("campaign"));  // never finished: it is removed at the end of the run
 }
 
 void Store::write(const std::string& file, const std::string& content) const { files::write_file(path(file), content); }

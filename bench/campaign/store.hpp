@@ -1,4 +1,4 @@
-// A campaign's folder: campaign.json with everything but the steps, runs/KEY.csv with a row a step, pictures.
+// A campaign's folder: campaign.json with everything but the steps, runs/KEY.csv with a row per step, pictures.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ namespace fathom::campaign {
 
 using Json = nlohmann::ordered_json;
 
-/// Where and how a campaign was made.
+/// Where and how a campaign was run.
 struct Circumstances {
   std::string form;  ///< quick, full, huge
   std::string date;
@@ -22,7 +22,7 @@ struct Circumstances {
   std::string memory, system;
   std::vector<std::string> devices;  ///< their names
   std::string version, commit, compiler, build_type;
-  std::string options;  ///< what was asked for beyond the form
+  std::string options;  ///< options beyond the form
   std::uint64_t steps = 0;
 };
 Circumstances circumstances_here();
@@ -45,13 +45,13 @@ class Store {
   const std::string& folder() const { return folder_; }
   std::string path(const std::string& file) const;
   bool exists() const;
-  /// Makes the folder. Throws `Error{file}`.
+  /// Creates the folder. Throws `Error{file}`.
   void create() const;
-  /// The folder for this run alone, while what is returned lives. Throws `Error{file}` where another run has it.
+  /// Reserves the folder for this run while the returned file lives. Throws `Error{file}` if another run has it.
   std::unique_ptr<files::OutputFile> claim() const;
-  /// Throws `Error{file}` where there is no campaign or what is there is none.
+  /// Throws `Error{file}` if there is no valid campaign.
   Campaign load() const;
-  /// Writes campaign.json and campaign.csv, a row a run. A reader never sees half of them.
+  /// Writes campaign.json and campaign.csv, a row per run. A reader never sees partial files.
   void save(const Campaign& campaign) const;
   /// Writes a run's steps.
   void save_steps(const Measurement& run) const;
@@ -65,7 +65,7 @@ class Store {
   std::string folder_;
 };
 
-/// Everything of a run but its steps.
+/// Everything about a run but its steps.
 Json to_json(const Measurement& run);
 
 }  // namespace fathom::campaign

@@ -41,7 +41,7 @@ std::string tally(const View& view) {
   return text + ".";
 }
 
-/// Native with the table's threads and our defaults against the published processor.
+/// Native with the tables' number of threads and our defaults against the published processor.
 std::string against_the_processor(const View& view) {
   Range faster;
   std::string slowest;
@@ -107,7 +107,7 @@ std::string stacks(const View& view) {
 std::string crossovers(const View& view) {
   std::string text;
   for (const std::string& label : device_labels(view)) {
-    if (label.find(" on host") != std::string::npos) continue;  // the same processor once more
+    if (label.find(" on host") != std::string::npos) continue;  // the same processor again
     std::string parts;
     for (const std::string& environment : view.environments())
       if (const auto found = crossover(duels(view, environment, label, stages().back())))
@@ -138,7 +138,7 @@ std::string spikes_text(const View& view) {
       figure(usual.median), figure(longest.median), figure(longest.max), worst);
 }
 
-/// Whether the machine had other work, which the figures then show.
+/// Whether the machine had other work, which affects the figures.
 std::string company(const View& view) {
   std::vector<double> per_hundred;
   for (const Measurement* run : view.runs())
@@ -170,7 +170,7 @@ std::string threads_text(const View& view) {
                       : fmt::format("More threads gain most in {}: {} times one thread's speed.", best, figure(gain));
 }
 
-/// Same scene, same algorithms: whether all threads and devices ended in the same state.
+/// Whether all threads and devices ended in the same state for the same scene and algorithms.
 std::string determinism(const View& view) {
   std::map<std::string, std::set<std::string>> native, device;
   for (const Measurement* run : view.runs()) {

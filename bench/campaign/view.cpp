@@ -16,13 +16,13 @@ bool same_case(Case a, const Case& b) {
   return a == b;
 }
 
-/// The round in the middle.
+/// The median round.
 const Measurement* median_round(std::vector<const Measurement*> rounds) {
   std::ranges::sort(rounds, {}, [](const Measurement* run) { return run->summary.stages.total.mean; });
   return rounds[rounds.size() / 2];
 }
 
-/// A label without its set of algorithms: both sets of a simulator are drawn in one colour.
+/// A label without its set of algorithms: both sets of a simulator share one colour.
 std::string_view simulator_in(std::string_view label) {
   constexpr std::string_view set = ", dissertation";
   return label.ends_with(set) ? label.substr(0, label.size() - set.size()) : label;
@@ -56,7 +56,7 @@ View::View(const Campaign& campaign) : campaign_(campaign) {
     std::vector<const Measurement*> rounds;
     for (const Measurement& other : campaign.runs)
       if (same_case(other.what, run.what)) rounds.push_back(&other);
-    // A round that went wrong is the one to be seen.
+    // Show a round that went wrong, if there is one.
     const auto wrong = std::ranges::find_if(rounds, [](const Measurement* r) { return !r->reported(); });
     runs_.push_back(wrong != rounds.end() ? *wrong : median_round(rounds));
   }
@@ -139,7 +139,7 @@ std::pair<double, double> means_of_common_steps(const Measurement& a, const Meas
 
 namespace {
 
-// A tenth of a body's size is where a stack visibly gives way, a hundredth where a body visibly sinks in, or creeps.
+// A tenth of a body's size is where a stack visibly gives way, a hundredth where a body visibly sinks in or creeps.
 constexpr double gives_way = 0.1, creeps = 0.01, sinks = 0.01;
 
 bool should_rest(const Measurement& run) {

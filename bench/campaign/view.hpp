@@ -1,4 +1,4 @@
-// A campaign as the report looks at it: one run a case, found by scene and simulator.
+// The report's view of a campaign: one run per case, found by scene and simulator.
 #pragma once
 
 #include <string>
@@ -26,20 +26,20 @@ class View {
   explicit View(const Campaign& campaign);
 
   const Campaign& campaign() const { return campaign_; }
-  /// Of each case the round with the median of the mean steps. In the plan's order.
+  /// For each case the round with the median of the mean steps, in the plan's order.
   const std::vector<const Measurement*>& runs() const { return runs_; }
   std::vector<std::string> environments() const;
   std::vector<std::int64_t> sizes(const std::string& environment) const;
   std::vector<const Measurement*> of(const std::string& environment, std::int64_t bodies) const;
-  /// What stands in tables and plots: devices, and the native simulator with `table_threads` threads.
+  /// The runs in tables and plots: devices, and the native simulator with `table_threads` threads.
   std::vector<const Measurement*> table_runs(const std::string& environment, std::int64_t bodies) const;
-  /// Reported runs of the native simulator, whatever the number of threads.
+  /// Reported runs of the native simulator with any number of threads.
   std::vector<const Measurement*> native_runs(const std::string& environment, std::int64_t bodies,
                                               const std::string& set) const;
-  /// The fastest of them on the whole step, over the steps that all of them made, or null.
+  /// The fastest of them for the whole step, over the steps that all of them made, or null.
   const Measurement* fastest_native(const std::string& environment, std::int64_t bodies, const std::string& set) const;
   int table_threads() const { return table_threads_; }
-  /// The same for a simulator all over the report.
+  /// The same for a simulator throughout the report.
   int colour(const std::string& label) const;
 
  private:
@@ -52,23 +52,23 @@ class View {
 /// Mean (ms) of a stage over steps 1 to `last`.
 double mean_of_first_steps(const Measurement& run, std::uint64_t last, const Stage& stage);
 
-/// How many steps every reported one of the runs made: what one that was cut short can be compared over.
+/// The number of steps that every reported run made: those over which a run that was cut short can be compared.
 std::uint64_t steps_of_all(const std::vector<const Measurement*>& runs);
 
 /// Means (ms) of a stage over the steps that both runs made.
 std::pair<double, double> means_of_common_steps(const Measurement& a, const Measurement& b, const Stage& stage);
 
-/// What is wrong with where a reported run left its bodies, in a few words; empty where nothing is.
+/// What is wrong with the final state of a reported run, in a few words; empty if nothing is.
 std::string trouble_of(const Measurement& run);
-/// Of a run without trouble whose bodies should rest: that they moved all the same, and how far; else empty.
+/// For a run without trouble whose bodies should rest: that they moved, and how far; otherwise empty.
 std::string creep_of(const Measurement& run);
 
-/// Published rows of that scene.
+/// Published rows for that scene.
 std::vector<const PublishedRow*> published_of(const std::string& environment, std::int64_t bodies);
 
 /// "1,240"
 std::string grouped(std::int64_t number);
-/// Milliseconds or other figures with three significant digits, never in powers of ten between 0.0001 and 100,000.
+/// Milliseconds or other figures with three significant digits, without exponents between 0.0001 and 100,000.
 std::string figure(double value);
 
 }  // namespace fathom::campaign

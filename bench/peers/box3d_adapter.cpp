@@ -10,7 +10,7 @@
 namespace fathom::peers {
 namespace {
 
-constexpr int substeps = 4;  // what its samples use
+constexpr int substeps = 4;  // as in its samples
 
 b3Vec3 vector(Vec3 v) { return {v.x, v.y, v.z}; }
 b3Quat quaternion(Quat q) { return {{q.x, q.y, q.z}, q.w}; }
@@ -102,7 +102,7 @@ class Box3dEngine final : public Engine {
   void attach(b3JointDef& def, const SceneJoint& joint) const {
     def.bodyIdA = bodies_[joint.a];
     def.bodyIdB = bodies_[joint.b];
-    // Hinges and cones are about z there.
+    // Box3D's hinges and cones are about z.
     const Quat z_to_x{0.5f, 0.5f, 0.5f, 0.5f};
     def.localFrameA = {vector(joint.def.frame_a.position), quaternion(normalize(joint.def.frame_a.rotation * z_to_x))};
     def.localFrameB = {vector(joint.def.frame_b.position), quaternion(normalize(joint.def.frame_b.rotation * z_to_x))};
@@ -147,7 +147,7 @@ class Box3dEngine final : public Engine {
     const auto count = static_cast<int>(points.size());
     b3HullData* const hull = b3CreateHull(points.data(), count, count);
     if (hull == nullptr) throw Error(ErrorCode::unavailable, "Box3D makes no hull of these points");
-    b3CreateHullShape(bodies_.back(), &def, hull);  // a copy, which equal ones share
+    b3CreateHullShape(bodies_.back(), &def, hull);  // copies it; equal hulls share the copy
     b3DestroyHull(hull);
   }
 
@@ -164,7 +164,7 @@ class Box3dEngine final : public Engine {
     b3CreateMeshShape(bodies_.back(), &def, meshes_.back(), b3Vec3_one);
   }
 
-  /// Its fields are of x and z, and rise along y: the body lies on its side, and our rows go backwards.
+  /// Box3D's fields are over x and z, with heights along y: the body lies on its side, and our rows are reversed.
   void add_field(const b3ShapeDef& def, const HeightField& of, const Pose& pose) {
     const std::uint32_t columns = of.columns(), rows = of.rows();
     std::vector<float> heights;

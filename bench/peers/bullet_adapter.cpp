@@ -1,5 +1,5 @@
-// Bullet: btDiscreteDynamicsWorld with the sequential impulse solver, 10 iterations. Its parallel world needs
-// a library built for threads, which packaged ones are not.
+// Bullet: btDiscreteDynamicsWorld with the sequential impulse solver, 10 iterations. Its parallel world needs a library
+// built for threads, which packaged ones are not.
 #include <btBulletDynamicsCommon.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ class BulletEngine final : public Engine {
     for (const auto& body : bodies_) world_.removeRigidBody(body.get());
   }
 
-  // Without substeps of its own a call is exactly one step.
+  // With no internal substeps a call is exactly one step.
   void step() override { world_.stepSimulation(dt_, 0); }
 
   void read(std::span<Pose> poses, std::span<Velocity> velocities) const override {
@@ -46,7 +46,7 @@ class BulletEngine final : public Engine {
     }
   }
 
-  // Bullet tells a kinematic body's velocity from where it is put.
+  // Bullet infers a kinematic body's velocity from its transforms.
   void move(const Orbiter::Target& target) override {
     bodies_[target.body]->setWorldTransform(
         btTransform(quaternion(target.pose.rotation), vector(target.pose.position)));
@@ -100,7 +100,7 @@ class BulletEngine final : public Engine {
     bodies_.push_back(std::make_unique<btRigidBody>(info));
     if (def.motion == MotionType::kinematic) bodies_.back()->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
-    // Its own filter keeps fixed bodies apart; only where the scene says otherwise is there another.
+    // Its default filter keeps fixed bodies apart; override it only if the scene has another.
     if (def.filter.category == Filter{}.category && def.filter.mask == Filter{}.mask)
       world_.addRigidBody(bodies_.back().get());
     else

@@ -1,7 +1,7 @@
-// What every engine must offer to be measured. One adapter file an engine; engines.cpp lists them.
+// What every engine must offer to be measured. One adapter file per engine; engines.cpp lists them.
 //
-// An adapter adopts the scene's definitions (shapes, masses, friction, gravity, Δt) and leaves everything
-// else at the engine's own defaults, except that bodies neither sleep nor are damped.
+// An adapter adopts the scene's definitions (shapes, masses, friction, gravity, Δt) and leaves everything else at the
+// engine's own defaults, except that bodies neither sleep nor are damped.
 #pragma once
 
 #include <cstddef>
@@ -27,46 +27,46 @@ class Engine {
   /// Poses and velocities of Scene::bodies, in that order.
   virtual void read(std::span<Pose> poses, std::span<Velocity> velocities) const = 0;
   virtual void set_velocity(std::size_t body, const Velocity& velocity) = 0;
-  /// Takes a kinematic body along within the next step.
+  /// Moves a kinematic body within the next step.
   virtual void move(const Orbiter::Target& target) { set_velocity(target.body, target.velocity); }
-  /// What the engine itself reports to have gone wrong so far; empty where nothing did.
+  /// Errors that the engine itself has reported so far; empty if none.
   virtual std::string trouble() const { return {}; }
 };
 
 struct EngineKind {
   std::string_view name;
   std::string version;
-  bool threaded;  ///< false: runs on one thread, whatever it is given
+  bool threaded;  ///< false: always runs on one thread
   std::unique_ptr<Engine> (*create)(const Scene& scene, int threads);
 };
 
-/// The engines of this build that this machine can run, Fathom first. The first call asks the drivers of GPUs.
+/// The engines of this build that this machine can run, Fathom first. The first call queries GPU drivers.
 const std::vector<EngineKind>& engines();
-/// The engine of that name; throws `Error{unavailable}` that says what this build has.
+/// The engine with that name; throws an `Error{unavailable}` that lists this build's engines.
 const EngineKind& find_engine(std::string_view name);
 
-/// Whether bodies can share what an engine makes of a shape.
+/// Whether bodies can share the engine's object for a shape.
 bool is_same(const Shape& a, const Shape& b);
-/// Throws `Error{unavailable}`: the engine, or its adapter, has no such thing.
+/// Throws `Error{unavailable}`: the engine, or its adapter, does not support it.
 [[noreturn]] void refuse_scene(std::string_view engine, std::string_view what);
 /// Refuses a mesh or a height field.
 [[noreturn]] void refuse_shape(std::string_view engine);
 /// Refuses a scene with joints.
 void refuse_joints(std::string_view engine, const Scene& scene);
-/// Refuses all but ball joints that are rigid and whose bodies do not collide: adapters make no others.
+/// Refuses all joints but rigid ball joints between bodies that do not collide: adapters make no others.
 void require_plain_joints(std::string_view engine, const Scene& scene);
-/// What adapters make of joints at most.
+/// The joints that adapters can make.
 enum class PeerJoint {
   ball,   ///< free to turn
-  limb,   ///< a ball joint with a cone about A's axis x and bounds of the twist
+  limb,   ///< a ball joint with a cone about A's axis x and bounds on the twist
   hinge,  ///< about the axis x, with or without bounds and friction
 };
-/// Refuses what is none of them, is a spring, breaks, or whose bodies collide.
+/// Refuses a joint that is none of them, is a spring, breaks, or lets its bodies collide.
 PeerJoint peer_joint(std::string_view engine, const JointDef& joint);
 /// Mass of a dynamic body (kg).
 float mass_of(const BodyDef& body);
 
-// Each defined by its adapter; only those that CMake found are built.
+// Each is defined by its adapter; only those that CMake found are built.
 EngineKind fathom_engine();
 EngineKind fathom_gpu_engine();
 EngineKind bullet_engine();
@@ -78,7 +78,7 @@ EngineKind physx_engine();
 EngineKind physx_tgs_engine();
 EngineKind physx_gpu_engine();
 
-// Whether this machine has what the two on a GPU need.
+// Whether this machine has what the two GPU engines need.
 bool fathom_gpu_is_there();
 bool physx_gpu_is_there();
 

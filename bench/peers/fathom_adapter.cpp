@@ -1,5 +1,4 @@
-// Fathom itself, through the interface every application uses: on the CPU, and on the first GPU with results left
-// there.
+// Fathom itself, through its public interface: on the CPU, and on the first GPU with results left there.
 #include <algorithm>
 
 #include "build_info.hpp"

@@ -1,6 +1,6 @@
 // Jolt: one collision step, 10 velocity and 2 position iterations, its own thread pool.
 #include <Jolt/Jolt.h>
-// Jolt asks for its first header to come before all others.
+// Jolt requires its first header to precede all others.
 #include <Jolt/Core/Factory.h>
 #include <Jolt/Core/JobSystemThreadPool.h>
 #include <Jolt/Core/TempAllocator.h>
@@ -25,7 +25,7 @@ JPH::Vec3 vector(Vec3 v) { return {v.x, v.y, v.z}; }
 Vec3 vector(JPH::Vec3 v) { return {v.GetX(), v.GetY(), v.GetZ()}; }
 Quat quaternion(JPH::Quat q) { return {q.GetW(), q.GetX(), q.GetY(), q.GetZ()}; }
 
-/// Bodies that move and bodies that do not: its own samples' two layers.
+/// Bodies that move and bodies that do not: the two layers of its samples.
 struct Layers final : JPH::BroadPhaseLayerInterface {
   JPH::uint GetNumBroadPhaseLayers() const override { return 2; }
   JPH::BroadPhaseLayer GetBroadPhaseLayer(JPH::ObjectLayer layer) const override {
@@ -46,7 +46,7 @@ struct PairFilter final : JPH::ObjectLayerPairFilter {
   }
 };
 
-/// Registers Jolt's types once, before the first object of its.
+/// Registers Jolt's types once, before its first object.
 struct Library {
   Library() {
     JPH::RegisterDefaultAllocator();
@@ -69,7 +69,7 @@ class JoltEngine final : UsesLibrary, public Engine {
       : dt_(scene.world.dt), jobs_(JPH::cMaxPhysicsJobs, JPH::cMaxPhysicsBarriers, threads - 1) {
     refuse_joints("Jolt", scene);
     const auto count = static_cast<JPH::uint>(scene.bodies.size());
-    // Room enough that no contact is ever dropped.
+    // Enough room that no contact is ever dropped.
     system_.Init(count + 64, 0, count * 32 + 4096, count * 16 + 4096, layers_, layer_filter_, pair_filter_);
     JPH::PhysicsSettings settings;
     settings.mAllowSleeping = false;
@@ -120,7 +120,7 @@ class JoltEngine final : UsesLibrary, public Engine {
                                    moves ? moving_layer : fixed_layer);
     body.mFriction = def.material.friction;
     body.mRestitution = def.material.restitution;
-    body.mLinearDamping = body.mAngularDamping = 0;  // 0.05 by default, which would be another scene
+    body.mLinearDamping = body.mAngularDamping = 0;  // the default of 0.05 would be another scene
     body.mAllowSleeping = false;
     if (is_dynamic) {
       body.mOverrideMassProperties = JPH::EOverrideMassProperties::CalculateInertia;
@@ -134,7 +134,7 @@ class JoltEngine final : UsesLibrary, public Engine {
     switch (shape.type) {
       case ShapeType::sphere:
         return new JPH::SphereShape(shape.radius);
-      case ShapeType::capsule:  // along y there
+      case ShapeType::capsule:  // along y in Jolt
         return new JPH::RotatedTranslatedShape(JPH::Vec3::sZero(),
                                                JPH::Quat::sRotation(JPH::Vec3::sAxisX(), 0.5f * JPH::JPH_PI),
                                                new JPH::CapsuleShape(half.z, shape.radius));
@@ -165,7 +165,7 @@ class JoltEngine final : UsesLibrary, public Engine {
   // All at once, which is how Jolt builds a good tree.
   void add_all() {
     JPH::BodyInterface& bodies = system_.GetBodyInterface();
-    std::vector<JPH::BodyID> ids = ids_;  // gets sorted
+    std::vector<JPH::BodyID> ids = ids_;  // will be sorted
     const auto count = static_cast<int>(ids.size());
     const JPH::BodyInterface::AddState state = bodies.AddBodiesPrepare(ids.data(), count);
     bodies.AddBodiesFinalize(ids.data(), count, state, JPH::EActivation::Activate);
@@ -179,7 +179,7 @@ class JoltEngine final : UsesLibrary, public Engine {
   LayerFilter layer_filter_;
   PairFilter pair_filter_;
   JPH::PhysicsSystem system_;
-  JPH::RefConst<JPH::Shape> shape_;  // bodies share it
+  JPH::RefConst<JPH::Shape> shape_;  // shared by bodies
   Shape last_shape_;
   std::vector<JPH::BodyID> ids_;
   JPH::EPhysicsUpdateError errors_ = JPH::EPhysicsUpdateError::None;

@@ -37,7 +37,7 @@ void kick(Engine& engine, const Scene& scene, Random& random) {
   }
 }
 
-/// Engines make bodies at rest.
+/// Engines create bodies at rest, so set their velocities.
 void set_going(Engine& engine, const Scene& scene) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Velocity& v = scene.bodies[i].velocity;

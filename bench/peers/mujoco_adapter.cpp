@@ -10,10 +10,10 @@
 namespace fathom::peers {
 namespace {
 
-// A cube of a pyramid meets four below and four above, each pair in up to 4 points; a point takes 4 rows.
+// A cube in a pyramid touches four below and four above, each pair with up to 4 points; a point has 4 rows.
 constexpr double contacts_a_body = 16, rows_a_contact = 4;
 
-/// What this version sets aside for constraints, whether it needs it or not: J and its transpose, A and indices.
+/// What this version reserves for constraints, needed or not: J and its transpose, A and indices.
 double bytes_for(double bodies) {
   const double rows = rows_a_contact * contacts_a_body * bodies, freedoms = 6 * bodies;
   return 12 * (2 * rows * freedoms + rows * rows);
@@ -90,7 +90,7 @@ class MujocoEngine final : public Engine {
 
   void step() override { mj_step(model_.get(), data_.get()); }
 
-  // Bodies that move have 7 coordinates (position, quaternion) and 6 velocities in a row, the angular ones in the
+  // Moving bodies have 7 coordinates (position, quaternion) and 6 velocities in sequence, the angular ones in the
   // body's axes.
   void read(std::span<Pose> poses, std::span<Velocity> velocities) const override {
     const mjtNum *q = data_->qpos, *v = data_->qvel;

@@ -1,4 +1,4 @@
-// ODE: dWorldQuickStep with 20 iterations, hash space, up to 8 contacts a pair as in its box stacks.
+// ODE: dWorldQuickStep with 20 iterations, hash space, up to 8 contacts per pair as in its box stacks.
 #include <ode/ode.h>
 
 #include <cmath>
@@ -73,7 +73,7 @@ class OdeEngine final : public Engine {
 
  private:
   struct Item {
-    dBodyID body = nullptr;  // null where it does not move
+    dBodyID body = nullptr;  // null if it does not move
     Pose start;
     float friction = 0;
   };
@@ -151,7 +151,7 @@ class OdeEngine final : public Engine {
     const float friction_a = engine.bodies_[reinterpret_cast<std::size_t>(dGeomGetData(a))].friction;
     const float friction_b = engine.bodies_[reinterpret_cast<std::size_t>(dGeomGetData(b))].friction;
     for (int i = 0; i < count; ++i) {
-      // Coulomb's cone as a pyramid in proportion to the normal force, its usual choice.
+      // Coulomb's cone as a pyramid proportional to the normal force, its usual choice.
       contacts[i].surface.mode = dContactApprox1;
       contacts[i].surface.mu = real(std::sqrt(friction_a * friction_b));
       dJointAttach(dJointCreateContact(engine.world_, engine.joints_, &contacts[i]), body_a, body_b);

@@ -37,7 +37,7 @@ std::vector<const EngineKind*> chosen_engines(const Options& options) {
   return chosen;
 }
 
-/// A line that is written over on a terminal; elsewhere only a word a round.
+/// On a terminal a line that is overwritten; elsewhere only a word per round.
 void show_progress(int round, int rounds, const Result& next) {
   static int last_round = 0;
   if (stderr_is_terminal())
@@ -72,7 +72,7 @@ void declare(CLI::App& app, Options& options) {
   app.add_flag("--quick", options.quick, "A minute's worth: about 1,000 bodies of each environment");
   app.add_option("--limit", options.limit, "Time of a run's steps after which it is cut short (s; 60)")->type_name("S");
   app.add_option("--json", options.json, "Write the figures as JSON")->type_name("FILE");
-  // Asked for only where it is shown: which engines there are is asked of drivers.
+  // Evaluated only when shown: listing engines queries drivers.
   app.footer([] {
     std::string built;
     for (const EngineKind& engine : engines()) built += fmt::format(" {} ({})", engine.name, engine.version);
@@ -102,7 +102,7 @@ Outcome run(const Options& options) {
       run_campaign(scenes, engines, options.threads, options.rounds, options.limit,
                    [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
   if (stderr_is_terminal()) tell("\r\x1b[K");
-  // Figures on stdout stand alone there.
+  // Figures on stdout must be the only output there.
   if (files::is_stdout(options.json))
     tell(table_of(results));
   else

@@ -1,4 +1,4 @@
-// What `fathom bench peers` and `fathom_peers` are asked for, and their work.
+// Options and work of `fathom bench peers` and `fathom_peers`.
 #pragma once
 
 #include <string>
@@ -25,9 +25,9 @@ void declare(CLI::App& app, Options& options);
 enum class Outcome {
   good,
   failed,       ///< an engine lost a body, or a state was not finite
-  interrupted,  ///< by Ctrl-C: the table shows what was measured, earlier results stay as they were
+  interrupted,  ///< by Ctrl-C: the table shows what was measured, earlier results are unchanged
 };
-/// Throws `Error` where a scene or an engine is not there, as `run` does, which also makes files.
+/// Throws `Error` if a scene or an engine does not exist, as `run` does, but creates no files.
 void check(const Options& options);
 /// Measures, prints the table, writes the JSON.
 Outcome run(const Options& options);

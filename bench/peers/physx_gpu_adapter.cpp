@@ -39,7 +39,7 @@ class DeviceArray {
   T* data_;
 };
 
-/// CUDA's side of PhysX, one a process: starting it takes longer than most scenes run.
+/// PhysX's CUDA context, one per process: starting it takes longer than most scenes run.
 PxCudaContextManager& cuda_context() {
   static PxCudaContextManager* const context =
       PxCreateCudaContextManager(physx_foundation(), PxCudaContextManagerDesc());
@@ -53,7 +53,7 @@ PxSceneDesc description(const Scene& scene) {
   desc.cudaContextManager = &cuda_context();
   desc.flags |= PxSceneFlag::eENABLE_GPU_DYNAMICS | PxSceneFlag::eENABLE_DIRECT_GPU_API;
   desc.broadPhaseType = PxBroadPhaseType::eGPU;
-  // Room enough that no contact is dropped: its own are for some 10,000 bodies.
+  // Enough room that no contact is dropped: the defaults are for some 10,000 bodies.
   const auto count = static_cast<PxU32>(scene.bodies.size());
   PxGpuDynamicsMemoryConfig& room = desc.gpuDynamicsConfig;
   room.maxRigidContactCount = std::max(room.maxRigidContactCount, 48 * count);
@@ -108,7 +108,7 @@ class PhysxGpuEngine final : public Engine {
         : indices(context, count), changed(context, count), poses(context, count), vectors(context, count) {}
   };
 
-  // Bodies have their indices on the GPU after the first step.
+  // Bodies have GPU indices after the first step.
   void reach_bodies() {
     std::vector<PxRigidDynamicGPUIndex> indices;
     for (const std::size_t i : moving_) indices.push_back(world_.actors()[i]->is<PxRigidDynamic>()->getGPUIndex());
@@ -148,7 +148,7 @@ class PhysxGpuEngine final : public Engine {
 }  // namespace
 
 bool physx_gpu_is_there() {
-  // As PhysX itself looks for it.
+  // As PhysX itself does.
   return dlopen("libcuda.so.1", RTLD_LAZY) != nullptr && dlopen("libPhysXGpu_64.so", RTLD_LAZY) != nullptr;
 }
 

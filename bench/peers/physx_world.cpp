@@ -5,7 +5,7 @@ namespace {
 
 using namespace physx;
 
-/// Keeps the first error; remarks about speed are none.
+/// Keeps the first error, ignoring performance remarks.
 struct Errors final : PxErrorCallback {
   std::string first;
 
@@ -112,7 +112,7 @@ void PhysxWorld::create(const BodyDef& def) {
     body->attachShape(shape_of(def));
     PxRigidBodyExt::setMassAndUpdateInertia(*body, mass_of(def));
     body->setLinearDamping(0);
-    body->setAngularDamping(0);  // 0.05 by default, which would be another scene
+    body->setAngularDamping(0);  // the default of 0.05 would be another scene
     body->setSleepThreshold(0);
     actors_.push_back(body);
   } else {
@@ -124,7 +124,7 @@ void PhysxWorld::create(const BodyDef& def) {
 
 namespace {
 
-/// Keeps a hull's mesh until its shape has it.
+/// Keeps a hull's mesh until its shape owns it.
 struct MadeGeometry {
   PxGeometryHolder geometry;
   PxTransform in_body{PxIdentity};
@@ -136,7 +136,7 @@ struct MadeGeometry {
       case ShapeType::sphere:
         geometry.storeAny(PxSphereGeometry(shape.radius));
         return;
-      case ShapeType::capsule:  // along x there
+      case ShapeType::capsule:  // along x in PhysX
         geometry.storeAny(PxCapsuleGeometry(shape.radius, half.z));
         in_body.q = PxQuat(PxHalfPi, PxVec3(0, 1, 0));
         return;

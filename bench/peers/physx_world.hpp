@@ -1,4 +1,4 @@
-// PhysX's scene and bodies made from ours: what its CPU and GPU adapters share.
+// PhysX scene and bodies created from ours: shared by its CPU and GPU adapters.
 #pragma once
 
 #include <PxPhysicsAPI.h>
@@ -14,16 +14,16 @@ inline physx::PxVec3 to_physx(Vec3 v) { return {v.x, v.y, v.z}; }
 inline Vec3 from_physx(const physx::PxVec3& v) { return {v.x, v.y, v.z}; }
 inline Pose from_physx(const physx::PxTransform& t) { return {from_physx(t.p), 0, {t.q.w, t.q.x, t.q.y, t.q.z}}; }
 
-/// PhysX's own objects of which a process has one each.
+/// PhysX objects that exist once per process.
 physx::PxFoundation& physx_foundation();
 physx::PxPhysics& physx_physics();
 std::string physx_version();
 
 class PhysxWorld {
  public:
-  /// What both adapters begin with: PhysX's defaults, and the gravity of the scene.
+  /// Start of both adapters' descriptions: PhysX's defaults, and the scene's gravity.
   static physx::PxSceneDesc description(const Scene& scene);
-  /// Takes its dispatcher's threads from `threads`: with one, tasks run on the caller's.
+  /// The dispatcher gets `threads` threads; with one, tasks run on the caller's.
   PhysxWorld(const Scene& scene, int threads, physx::PxSceneDesc desc);
   ~PhysxWorld();
   PhysxWorld(const PhysxWorld&) = delete;
@@ -33,11 +33,11 @@ class PhysxWorld {
   physx::PxScene& scene() { return *scene_; }
   /// In the order of Scene::bodies.
   const std::vector<physx::PxRigidActor*>& actors() const { return actors_; }
-  /// Poses and velocities that the actors themselves know.
+  /// Poses and velocities as the actors report them.
   void read(std::span<Pose> poses, std::span<Velocity> velocities) const;
   void set_velocity(std::size_t body, const Velocity& velocity);
   void move(const Orbiter::Target& target);
-  /// The first error that PhysX reported since this world was made.
+  /// The first error that PhysX has reported since this world was created.
   std::string trouble() const;
 
  private:
@@ -48,7 +48,7 @@ class PhysxWorld {
   physx::PxDefaultCpuDispatcher* dispatcher_;
   physx::PxScene* scene_;
   std::vector<physx::PxRigidActor*> actors_;
-  physx::PxShape* shape_ = nullptr;  // bodies of one shape and material share it
+  physx::PxShape* shape_ = nullptr;  // shared by bodies with the same shape and material
   Shape last_shape_;
   float last_friction_ = 0, last_restitution_ = 0;
 };

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Slowest round over fastest: how much the machine let the figures wander.
+/// Slowest round over fastest: how much the machine's speed varied.
 double noise(const Result& r) {
   const auto [fastest, slowest] =
       std::minmax_element(r.rounds.begin(), r.rounds.end(),

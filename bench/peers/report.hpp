@@ -7,8 +7,8 @@
 
 namespace fathom::peers {
 
-/// Mean step of the engine over Fathom's on the same scene with the same number of threads (engines without
-/// threads: with the first number asked for); 0 where Fathom did not run.
+/// Mean step of the engine over Fathom's on the same scene with the same number of threads (engines without threads:
+/// with the first number requested); 0 if Fathom did not run.
 double ratio_to_fathom(const Result& result, const std::vector<Result>& all);
 
 std::string table_of(const std::vector<Result>& results);
