@@ -1,4 +1,4 @@
-// Surfaces that move against their bodies: conveyor belts, tracks, and what lies on them.
+// Surfaces that move relative to their bodies: conveyor belts, tracks, and what lies on them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -51,7 +51,7 @@ class Belts : public testing::TestWithParam<Variant> {
     def.sleep.enabled = false;
     return def;
   }
-  /// The solver `impulse` leaves what rests on several contacts some slip, on platforms that move no less.
+  /// With the solver `impulse`, bodies on several contacts slip a little, on moving platforms no less.
   static bool is_exact() { return GetParam().solver == Solver::soft; }
   static bool is_device() { return GetParam().simulator == SimulatorKind::device; }
 };
@@ -72,7 +72,7 @@ BodyDef belt(Vec3 velocity, Vec3 at = {}) {
 /// A crate 80 cm wide and 40 cm high that stands at z = 0.
 BodyDef crate(Vec3 at, float mass = 3) { return dynamic(box({0.4f, 0.4f, 0.2f}), at + Vec3{0, 0, 0.2f}, mass); }
 
-/// N, of all contacts of the two bodies along their normals.
+/// N, over all contacts of the two bodies along their normals.
 float normal_force(const World& world, BodyId a, BodyId b) {
   float sum = 0;
   world.for_each_contact([&](const ContactInfo& contact) {
@@ -89,7 +89,7 @@ TEST_P(Belts, ACrateReachesTheBeltsSpeedAndKeepsIt) {
   run(world, 12);
   EXPECT_NEAR(world.velocity(id).linear.x, 12 * dt * mu * g, 0.02f);
   run(world, 18);
-  // v/(µg) = 0.408 s, on v²/(2µg) = 0.408 m.
+  // v/(µg) = 0.408 s, over v²/(2µg) = 0.408 m.
   EXPECT_NEAR(world.velocity(id).linear.x, 2, 0.002f);
   EXPECT_NEAR(world.pose(id).position.x, 2 * 0.5f - 2 * 2 / (2 * mu * g), 0.02f);
   const float start = world.pose(id).position.x;
@@ -325,7 +325,7 @@ TEST_P(Belts, WhatABeltCarriesNeverSleepsHoweverSlow) {
   run(world, 600);
   EXPECT_TRUE(world.is_awake(id));
   EXPECT_NEAR(world.pose(id).position.x, 0.1f, 0.002f);
-  // A tank as slow.
+  // A tank moving as slowly.
   BodyDef def = crate({0, 20, 0});
   def.material.surface_velocity = {0, 0.01f, 0};
   world.add(belt({}, {0, 20, 0}));

@@ -1,4 +1,4 @@
-// Bodies that become others while the world runs: another motion, shape or mass, with joints and what lies on them.
+// Bodies that change while the world runs: another motion, shape or mass, with joints and with bodies lying on them.
 #include <gtest/gtest.h>
 
 #include <fathom/compound.hpp>
@@ -42,7 +42,7 @@ TEST_P(BodyChanges, AShelfThatLetsGoFallsWithItsLoad) {
   run(world, 300);
   EXPECT_NEAR(world.pose(shelf).position.z, 0.6f, 5e-3f);
   EXPECT_NEAR(world.pose(load).position.z, 1.2f, 1e-2f);
-  // And it is held again, in the air.
+  // It is also held in the air.
   world.set_pose(shelf, {{0, 0, 5}, 0, {1, 0, 0, 0}});
   world.set_velocity(shelf, {0, 0, -1}, {});
   world.set_motion(shelf, MotionType::fixed);
@@ -111,14 +111,14 @@ TEST_P(BodyChanges, JointsGoOn) {
   run(world, 60);
   const float low = world.pose(chain[4]).position.z;
   EXPECT_NEAR(low, 4.25f, 5e-3f);
-  // The middle one is held: what hangs on it goes on hanging.
+  // The middle one becomes fixed: what hangs on it keeps hanging.
   world.set_motion(chain[2], MotionType::fixed);
   EXPECT_THROW(world.set_motion(chain[1], MotionType::kinematic), Error);
   EXPECT_EQ(world.motion(chain[1]), MotionType::dynamic);
   run(world, 60);
   EXPECT_NEAR(world.pose(chain[4]).position.z, low, 5e-3f);
   for (const JointId joint : joints) EXPECT_TRUE(world.contains(joint));
-  // The top lets go and comes down with the upper link; the lower ones stay.
+  // The top is released and falls with the upper link; the lower ones stay.
   world.set_motion(top, MotionType::dynamic);
   world.set_velocity(top, {0.5f, 0, 0}, {});
   world.set_shape(chain[3], sphere(0.2f));

@@ -11,7 +11,7 @@ namespace {
 
 using Indices = std::vector<std::uint32_t>;
 
-/// Contacts of some bodies that come and go.
+/// Contacts of some bodies, added and removed.
 struct Contacts {
   static constexpr std::uint32_t slots = 30;
   std::vector<Contact> contacts;
@@ -51,13 +51,13 @@ TEST(BodyContacts, NewestFirst) {
   EXPECT_EQ(c.of(2), Indices{});
   c.remove(1);
   EXPECT_EQ(c.of(0), (Indices{3, 0}));
-  c.make(0, 2);  // where the removed one was
+  c.make(0, 2);  // in the removed one's slot
   EXPECT_EQ(c.of(0), (Indices{1, 3, 0}));
   EXPECT_EQ(c.of(3), Indices{2});
   EXPECT_EQ(c.of(2), Indices{1});
 }
 
-// Asked for often and seldom, so that lists are kept, rebuilt and left alone in between.
+// Queried at varying intervals, so that lists are kept, rebuilt and left alone in between.
 TEST(BodyContacts, AsASearchThroughAllWouldFindThem) {
   Contacts c;
   std::mt19937 random(7);

@@ -1,4 +1,4 @@
-// Boxes tested for separating axes in vector lanes, against the same pairs one by one.
+// Separating-axis tests of boxes in vector lanes, against the same pairs one by one.
 #include "native/box_pairs.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ struct Bodies {
   float uniform(float lo, float hi) { return lo + (hi - lo) * static_cast<float>(random() >> 8) / 16777216.0f; }
   Vec3 vector(float size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
 
-  /// A box beside where all are, now and then aligned with the world.
+  /// A box near all the others, sometimes aligned with the world.
   void add() {
     const auto slot = static_cast<std::uint32_t>(state.size());
     state.resize(slot + 1);

@@ -103,7 +103,7 @@ TEST_P(BroadPhases, FindAllPairsWithHugeAndTinyAndFlatBoxes) {
   boxes.add(MotionType::fixed, {{-500, -500, -1}, {500, 500, 0}});
   boxes.add(MotionType::dynamic, {{-50, -50, -1}, {50, 50, 60}});
   for (int i = 0; i < 500; ++i) boxes.add(MotionType::dynamic, boxes.random_box(30, i % 3 == 0 ? 0.01f : 3.0f));
-  for (int i = 0; i < 50; ++i) boxes.add(MotionType::dynamic, {{1, 1, 1}, {1, 1, 1}});  // points in one place
+  for (int i = 0; i < 50; ++i) boxes.add(MotionType::dynamic, {{1, 1, 1}, {1, 1, 1}});  // coincident points
   boxes.change_all();
   const auto broad_phase = make();
   EXPECT_EQ(search(*broad_phase, boxes.input(true), 2), boxes.brute_force());
@@ -150,7 +150,7 @@ TEST_P(BroadPhases, FollowBodiesThatComeGoAndAreMovedByHand) {
     boxes.set_changes.clear();
     const Found before = boxes.brute_force();
     const auto any_slot = [&] { return static_cast<std::uint32_t>(boxes.random() % boxes.bodies.slot_count()); };
-    // None, a few, or more than are taken one by one.
+    // None, a few, or too many to be processed one by one.
     const unsigned edits = step % 10 == 9 ? 200 : boxes.random() % 4;
     for (unsigned i = 0; i < edits; ++i) {
       const std::uint32_t slot = any_slot();
@@ -201,13 +201,13 @@ TEST(TreeBroadPhase, ListsPairsInOneOrderHoweverItSearches) {
       for (const Pair p : some) pairs.emplace_back(p.a, p.b);
     return pairs;
   };
-  const auto pairs = list(true, 1);  // those at rest make it search in the order of slots
+  const auto pairs = list(true, 1);  // bodies at rest make it search in the order of slots
   EXPECT_GT(pairs.size(), 1000u);
   EXPECT_EQ(list(false, 1), pairs);
   EXPECT_EQ(list(false, 3), pairs);
 }
 
-// Bodies come in the tree's order, so that families are neighbours; in a dense heap there are too many near them.
+// Bodies are in the tree's order, so that families are neighbours; in a dense heap a family has too many neighbours.
 TEST(Tree, SearchesOfAFamilyFindWhatThoseFromTheRootFind) {
   for (const float space : {30.0f, 1.0f}) {
     Boxes boxes;

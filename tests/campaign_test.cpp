@@ -1,4 +1,4 @@
-// The campaign's parts: what it plans, refuses, keeps, reports and compares.
+// The campaign's parts: what it plans, rejects, stores, reports and compares.
 #include "bench/campaign/campaign.hpp"
 
 #include <gmock/gmock.h>
@@ -68,11 +68,11 @@ TEST(CampaignPlan, RoundsTakeTurns) {
 TEST(CampaignRun, EnergyFromNowhereIsRefused) {
   const Scene stack = pyramid(5), adrift = drift(100);
   Quality quality;
-  quality.kinetic_energy_per_body = 13;  // their centres are 1.4 m high in the mean: 13.8 J
+  quality.kinetic_energy_per_body = 13;  // the centres are 1.4 m high on average: 13.8 J
   EXPECT_EQ(refusal(stack, quality, 100), "");
   quality.kinetic_energy_per_body = 500;
   EXPECT_THAT(refusal(stack, quality, 100), HasSubstr("exploded"));
-  EXPECT_EQ(refusal(adrift, quality, 1800), "");  // 60 kicks may have given as much
+  EXPECT_EQ(refusal(adrift, quality, 1800), "");  // 60 kicks may have added as much
   EXPECT_THAT(refusal(adrift, quality, 1), HasSubstr("exploded"));
   quality = {};
   quality.non_finite = 1;
@@ -90,7 +90,7 @@ TEST(CampaignCrossover, LiesWhereTheTimesAreEqual) {
 }
 
 TEST(CampaignView, ARunCutShortIsComparedOverTheStepsItMade) {
-  // Later steps take ten times as long, as where a tower comes down; the slower simulator never gets there.
+  // Later steps take ten times as long, as when a tower collapses; the slower simulator never gets there.
   const auto run = [](int threads, double factor, std::uint64_t steps) {
     Measurement m;
     m.what = {"layers", 1000, "native", "", threads, "fathom"};
@@ -158,7 +158,7 @@ TEST_F(CampaignFolder, GoesOnWhereItWasInterrupted) {
     started += p.step == 0;
     return true;
   }));
-  EXPECT_EQ(started, 1u);  // the run that was made is not made again
+  EXPECT_EQ(started, 1u);  // the completed run is not repeated
   const Campaign campaign = store_.load();
   ASSERT_EQ(campaign.runs.size(), 2u);
   for (const Measurement& run : campaign.runs) {
@@ -223,7 +223,7 @@ TEST_F(CampaignFolder, DamagedFoldersAreNamed) {
   EXPECT_THROW(store_.load(), Error);
 }
 
-/// A campaign.json with one run of so many rounds, whose steps take these times.
+/// A campaign.json with one run in several rounds, whose steps take these times.
 std::string write_campaign(const test::TestFolder& folder, const std::string& name,
                            const std::vector<std::vector<double>>& rounds, double moved, const std::string& hash) {
   Json json = {{"kind", "campaign"}, {"circumstances", {{"processor", "p"}, {"threads", 2}}}};
@@ -256,12 +256,12 @@ TEST(CampaignCompare, SaysWhatIsBeyondNoise) {
   EXPECT_TRUE(slower.differences.at(0).slower);
   EXPECT_THAT(slower.differences.at(0).ratio, DoubleNear(2, 1e-9));
   EXPECT_TRUE(compare(write_campaign(folder, "c", {twice}, 0.005, "1"), a, {}).differences.at(0).faster);
-  // Rounds that differ as much as the two files leave it open.
+  // If rounds differ as much as the two files, the result is undecided.
   const std::string noisy = write_campaign(folder, "d", {once, twice}, 0.005, "1");
   EXPECT_FALSE(compare(noisy, write_campaign(folder, "e", {twice, twice}, 0.005, "1"), {}).worse());
 }
 
-/// A campaign.json or peers.json with one run of so many steps, each of so many ms.
+/// A campaign.json or peers.json with one run of `steps` steps, each of `ms` ms.
 std::string write_run(const test::TestFolder& folder, const std::string& kind, std::uint64_t steps, double ms,
                       bool cut_short = false) {
   Json run = {{"environment", "pyramid"}, {"threads", 2}, {"steps", steps}, {"cut_short", cut_short}};

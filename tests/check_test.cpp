@@ -1,4 +1,4 @@
-// Checks tell what failed, of which body and in which step; bounds that are exceeded are reported.
+// Checks report what failed, for which body and in which step; exceeded bounds are reported.
 #include "check/check.hpp"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// What the program writes, whatever it is: devices, pipes and links are respected, one file has one writer, and what
-// does not come to its end leaves nothing behind.
+// Everything the program writes: devices, pipes and links are respected, a file has only one writer, and unfinished
+// output leaves nothing behind.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -18,7 +18,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-/// A command that writes one file, whose name follows.
+/// A command that writes one file, whose name comes last.
 struct Writer {
   Words words;
   std::string says;  ///< what the file begins with
@@ -64,7 +64,7 @@ class ProgramFiles : public fathom::test::Program {
     return fathom(words);
   }
   static std::string name(const Writer& writer) { return writer.words.front() + " " + writer.words.back(); }
-  /// What is there besides the program's own messages.
+  /// The output besides the program's own messages.
   Words left() const {
     Words names = files();
     std::erase(names, "out");
@@ -171,12 +171,12 @@ TEST_F(ProgramFiles, ThatNobodyHearsMessagesEndsNothing) {
     EXPECT_EQ(fathom(words).exit_code, exit_code) << testing::PrintToString(words);
     stderr_ = "err";
     closed_ = {STDERR_FILENO};
-    if (words.back() == path("c")) continue;  // its folder is there now
+    if (words.back() == path("c")) continue;  // its folder exists by then
     EXPECT_EQ(fathom(words).exit_code, exit_code) << testing::PrintToString(words) << ", closed";
   }
 }
 
-// A file that takes the number of a closed stdout must not get what is printed.
+// A file that gets the descriptor of a closed stdout must not receive printed text.
 TEST_F(ProgramFiles, AreWholeWhateverIsClosed) {
   for (int closed = 0; closed < 8; ++closed) {
     closed_.clear();
@@ -253,7 +253,7 @@ TEST_F(ProgramFiles, AFileHasOnePartInARun) {
     expect_one_line(fathom({"run", "drift", "--json", "-", "--record", out}), "are one file", out);
     expect_one_line(fathom({"validate", "--json", "-", "--html", out}), "are one file", out);
   }
-  // Devices may be named as often as one likes.
+  // Devices may be named any number of times.
   EXPECT_EQ(
       fathom({"run", "drift", "--bodies", "5", "--steps", "2", "--quiet", "--json", "/dev/null", "--csv", "/dev/null"})
           .exit_code,
@@ -280,7 +280,7 @@ TEST_F(ProgramFiles, SignalsLeaveNoHalfFiles) {
     const pid_t child = start({"validate", "--quiet", "--threads", "1", "--html", path("v.html"), "--json", path("v")});
     while (!fs::exists(growing("v", child))) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     kill(child, signal);
-    // Ctrl-C and SIGTERM are heard, but for a moment at the start; the others end the program.
+    // Ctrl-C and SIGTERM are handled, except for a moment at the start; the others end the program.
     const bool ended = finish(child).exit_code == -1;
     if (signal != SIGINT && signal != SIGTERM) {
       EXPECT_TRUE(ended) << strsignal(signal);

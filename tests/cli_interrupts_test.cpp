@@ -1,4 +1,4 @@
-// Every command ends on a signal within a second, in every mode and at any moment, with what was made kept.
+// Every command ends within a second of a signal, in every mode and at any moment, and keeps its results so far.
 #include <gmock/gmock.h>
 
 #include <array>
@@ -17,7 +17,7 @@ using test::Words;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-// Builds that check themselves take their time.
+// Builds with checks are slower.
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 constexpr std::chrono::seconds soon{1};
 constexpr std::chrono::milliseconds starting{100};  // of processor time; it takes far less
@@ -30,7 +30,7 @@ constexpr std::chrono::milliseconds moments[] = {std::chrono::milliseconds(0), s
 
 class Interrupts : public fathom::test::Program {
  protected:
-  /// Starts a command that would take forever, waits until it has begun `file`, then for so long, and sends the
+  /// Starts a command that would take forever, waits until it has begun `file`, then for `moment`, and sends the
   /// signal, twice as `timeout` does.
   Outcome interrupt(const Words& words, const std::string& file, int signal, std::chrono::milliseconds moment) {
     return interrupt_once(
@@ -115,7 +115,7 @@ TEST_F(Interrupts, EndPlayAtRandomMoments) {
   }
 }
 
-// A paused loop without pacing makes a million zones a second.
+// A paused loop without pacing makes a million zones per second.
 TEST_F(Interrupts, EndPlayWithAFullTrace) {
   const Words words{"play", "drift", "--bodies",         "40",    "--threads",
                     "1",    "--set", "loop.paused=true", "--set", "trace.file=" + path("t.json")};
@@ -136,7 +136,7 @@ TEST_F(Interrupts, EndRunsWithTheirFiles) {
         const std::string rows = read_text(path("run.csv"));
         EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), steps + 1);
         if (steps > 0) expect_recording("run.fathom");
-        std::filesystem::remove(path("run.fathom"));  // the next one's has not begun
+        std::filesystem::remove(path("run.fathom"));  // so that the next one has not begun
       }
     }
   }

@@ -55,9 +55,9 @@ position = [0, 4, 2]
 struct Setting {
   const char* key;          ///< of the configuration, without "simulator."
   const char* value;        ///< TOML
-  const char* scene;        ///< how the scene says it
-  Words option = {};        ///< how an option does
-  const char* beside = "";  ///< what the scene says besides
+  const char* scene;        ///< as the scene sets it
+  Words option = {};        ///< as an option sets it
+  const char* beside = "";  ///< what else the scene says
 };
 
 const Setting settings[] = {
@@ -99,7 +99,7 @@ class Settings : public fathom::test::Program {
   std::string scene(const std::string& name, const std::string& says) const {
     return write(name, "name = 'same'\n" + says + bodies);
   }
-  /// The state hash that a command tells.
+  /// The state hash that a command prints.
   std::string hash(Words arguments) const {
     const Outcome outcome = fathom(arguments);
     EXPECT_EQ(outcome.exit_code, 0) << testing::PrintToString(arguments) << ": " << outcome.err;
@@ -134,7 +134,7 @@ TEST_F(Settings, GiveTheSameStatesInEveryCommandWhereverTheyAreMade) {
 }
 
 #ifdef FATHOM_HAS_VIEWER
-// `cli.view` brings a display; without one this test says nothing.
+// `cli.view` provides a display; without one this test is skipped.
 TEST_F(Settings, AreThoseOfTheViewerToo) {
   if (!std::getenv("DISPLAY")) GTEST_SKIP() << "there is no display here";
   const Words frames{"--frames", "50", "--threads", "1", "--size", "64x64"}, steps{"--steps", "50", "--threads", "1"};

@@ -1,4 +1,4 @@
-// The program from outside: what it writes, where, and with which exit code.
+// The program from outside: its output, its files and its exit codes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pty.h>
@@ -54,7 +54,7 @@ TEST_F(Program, ABugReportHasAllThatRepeatsTheRun) {
   const Outcome again = fathom({"bug-report", "-o", path("report")});
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_THAT(again.err, HasSubstr("report: is there already; give another name with -o"));
-  // A run that cannot be is what the report is about.
+  // A run that fails is what the report is about.
   ASSERT_EQ(fathom({"bug-report", "nowhere.toml", "-o", path("failed"), "--quiet"}).exit_code, 0);
   EXPECT_THAT(read_text(path("failed/report.txt")), HasSubstr("nowhere.toml: no such file"));
 }
@@ -523,7 +523,7 @@ TEST_F(Program, KilledWhileRecordingTheEarlierRecordingStays) {
   EXPECT_EQ(std::count(half.err.begin(), half.err.end(), '\n'), 1) << half.err;
 }
 
-// The engine's main loop around the same scene, in the modes whose ticks belong to steps; async where nothing ticks.
+// The engine's main loop around the same scene, in the modes whose ticks belong to steps; in async if nothing ticks.
 TEST_F(Program, PlaysAScenesRunInTheEnginesLoop) {
   for (const auto& [scene, modes] :
        {std::pair{"layers", std::vector{"lockstep", "ahead", "async"}}, {"drift", std::vector{"lockstep", "ahead"}}}) {
@@ -552,7 +552,7 @@ TEST_F(Program, ConfigTellsValuesAndOrigins) {
   EXPECT_EQ(r.at("threads"), 1) << "an option of its own comes last";
 }
 
-// A line that wraps is not written over but fills the screen.
+// A wrapped line is not overwritten but fills the screen.
 TEST_F(Program, ProgressStaysOnOneLineOfATerminal) {
   for (const std::size_t columns : {20, 64, 65, 200}) {
     winsize size{24, static_cast<unsigned short>(columns), 0, 0};

@@ -1,4 +1,4 @@
-// Motions that mechanics textbooks solve exactly, of all shapes that can do them, on every simulator.
+// Motions that textbooks of mechanics solve exactly, for all suitable shapes, on every simulator.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ WorldDef steps_of(float dt) {
   return def;
 }
 
-/// A box whose upper side is z = 0.
+/// A box whose upper face is z = 0.
 BodyDef floor_with(Material material) {
   BodyDef def;
   def.motion = MotionType::fixed;
@@ -37,7 +37,7 @@ BodyDef with_friction(BodyDef def, float friction, float restitution = 0) {
   return def;
 }
 
-/// A thin rod along its axis x or, of a capsule, z.
+/// A thin rod along its x axis or, for a capsule, along z.
 struct Rod {
   Shape shape;
   Quat along_x;
@@ -112,7 +112,7 @@ TEST(ClosedForms, BallsAndCapsulesRollDownSlopes) {
   }
 }
 
-// It leaves the wall once its top has come down by a third, and goes on at a constant horizontal speed.
+// It leaves the wall once its top has descended by a third, and continues at constant horizontal speed.
 TEST(ClosedForms, ALadderSlidesOffItsWall) {
   constexpr double half_length = 2, angle = 1.2217;
   for (const float rate : {60.0f, 240.0f})
@@ -165,7 +165,7 @@ TEST(ClosedForms, AFastGyroscopePrecesses) {
   }
 }
 
-// A free wedge gives way to what slides down on it (Landau and Lifshitz' wedge, without friction).
+// A free wedge recoils from a body sliding down it (Landau and Lifshitz' wedge, without friction).
 TEST(ClosedForms, AWedgeGivesWay) {
   for (const double slope : {0.4, 0.7})
     for (const double m_wedge : {2.0, 20.0}) {
@@ -273,8 +273,8 @@ TEST(ClosedForms, ABeamRestsOnItsSupportsByTheLawOfLevers) {
   expect_share(force_on(left) + force_on(right), 40 * g, 0.002);
 }
 
-// Thin bodies that spin fast touch with a corner, and are fast: they are held back within the step. Their spin must
-// stay as the body has it then. Rods had up to four times their energy within a step.
+// Thin bodies that spin fast touch with a corner, and are fast: they are held back within the step and must keep the
+// spin that they have then. Otherwise rods reach up to four times their energy within a step.
 TEST(ClosedForms, WhatTumblesGainsNoEnergy) {
   const Shape shapes[] = {cylinder_hull(0.5f, 0.02f, 32), box({1, 0.03f, 0.02f}), capsule(0.02f, 0.8f),
                           box({0.5f, 0.5f, 0.01f}), cylinder_hull(0.3f, 0.6f, 8)};

@@ -25,7 +25,7 @@ double axis_tolerance(const BoxCase& c) {
   return double(make_tolerance(std::min(min_component(c.ha), min_component(c.hb)), reach).axis);
 }
 
-/// Pairs about as far apart as their sizes, and every degeneracy that stacks of boxes are made of.
+/// Pairs about as far apart as their sizes, and every degeneracy that occurs in stacks of boxes.
 std::vector<BoxCase> box_cases(int count) {
   Sampler random(7);
   std::vector<BoxCase> cases;
@@ -52,7 +52,7 @@ std::vector<BoxCase> box_cases(int count) {
         c.pose.rotation = random.small_rotation(std::pow(10.0f, random.uniform(-7, -1)));
         c.pose.position = {random.uniform(-0.5f, 0.5f), random.uniform(-0.5f, 0.5f), 0.99f * (c.ha.z + c.hb.z)};
         break;
-      case 4:  // one axis shared: turned about z
+      case 4:  // one common axis: turned about z
         c.pose.rotation = normalize(Quat{random.uniform(-1, 1), 0, 0, random.uniform(-1, 1) + 1.01f});
         c.pose.position.z = c.ha.z + c.hb.z - random.uniform(-0.05f, 0.1f);
         break;
@@ -90,7 +90,7 @@ TEST(CollisionBox, MatchesExactSeparation) {
     AxisCache cache;
     const Manifold m = collide(box_geometry(c.ha), box_geometry(c.hb), c.pose, c.margin, cache);
     const Solid a = place(make_hull(box_points(c.ha)), {}), b = place(make_hull(box_points(c.hb)), c.pose);
-    const double exact = sat_separation(a, b), tolerance = 2.1 * axis_tolerance(c);  // edges yield to B, B to A
+    const double exact = sat_separation(a, b), tolerance = 2.1 * axis_tolerance(c);  // preference: A, B, edges
     if (m.count == 0) {
       EXPECT_GT(exact, 0) << "overlapping boxes must touch";
       continue;
@@ -173,7 +173,7 @@ TEST(CollisionBox, NoFlickerUnderSmallMotion) {
 }
 
 TEST(CollisionBox, AlignedStackKeepsItsVertices) {
-  // Equal boxes on top of each other, off by less than a tolerance: cuts that come and go would lose the impulses.
+  // Equal boxes on top of each other, offset by less than a tolerance: cuts that come and go would lose the impulses.
   Sampler random(11);
   const Vec3 h{0.5f, 0.5f, 0.5f};
   std::set<std::uint32_t> features;
@@ -198,7 +198,7 @@ TEST(CollisionBox, CacheChangesNothingWhereSeparated) {
     ++separated;
     EXPECT_EQ(first.count, 0);
     EXPECT_EQ(collide(a, b, c.pose, c.margin, cache).count, 0);
-    // The axis no longer separates once the boxes have come together.
+    // The axis ceases to separate once the boxes have moved together.
     Pose closer = c.pose;
     closer.position = 0.5f * closer.position;
     AxisCache none;

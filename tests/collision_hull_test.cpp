@@ -59,7 +59,7 @@ std::vector<HullCase> hull_cases(const std::vector<TestHull>& hulls, Sampler& ra
       case 4:  // deep
         c.pose.position = 0.1f * c.pose.position;
         break;
-      default: {  // brought to about touching along a random direction
+      default: {  // brought almost into touch along a random direction
         const Solid a = place(*c.a, {});
         Solid b = place(*c.b, c.pose);
         const double s = sat_separation(a, b);
@@ -85,7 +85,7 @@ TEST(CollisionHull, MatchesExactSeparation) {
     AxisCache cache;
     const Manifold m = collide(c.a->geometry(), c.b->geometry(), c.pose, c.margin, cache);
     const Solid a = place(*c.a, {}), b = place(*c.b, c.pose);
-    const double exact = sat_separation(a, b), tolerance = 2.1 * axis_tolerance(c);  // edges yield to B, B to A
+    const double exact = sat_separation(a, b), tolerance = 2.1 * axis_tolerance(c);  // preference: A, B, edges
     if (m.count == 0) {
       EXPECT_GT(exact, 0) << "overlapping hulls must touch";
       continue;
@@ -93,7 +93,7 @@ TEST(CollisionHull, MatchesExactSeparation) {
     ++touching;
     EXPECT_LE(exact, double(c.margin) + tolerance);
     EXPECT_NEAR(length(m.normal), 1, 1e-5);
-    // Apart, cross products of edges that do not see each other may separate more than any that do.
+    // If they are apart, cross products of edges that do not face each other may separate more than any that do.
     const double along_normal = gap(a, b, to_double(m.normal));
     EXPECT_GE(along_normal, std::min(exact, 0.0) - tolerance) << "the normal must point from A to B";
     if (exact <= 0) {
@@ -114,7 +114,7 @@ TEST(CollisionHull, MatchesExactSeparation) {
   EXPECT_GT(touching, 4000);
 }
 
-/// Of faces of `ref` the one that `other` is highest over, all tried.
+/// The face of `ref` that `other` is highest above, by trying all.
 FaceAxis best_face_of_all(const HullView& ref, const HullView& other, const Frame& other_in_ref) {
   FaceAxis best;
   for (int f = 0; f < ref.face_count; ++f) {
@@ -165,7 +165,7 @@ TEST(CollisionHull, WhatBoundsLeaveOutIsNeverTheBest) {
   }
 }
 
-/// The hull as devices see it: without what is arranged for vector instructions.
+/// The hull as devices see it: without the data arranged for vector instructions.
 Geometry plain(Geometry g) {
   g.hull.vertex_edges = nullptr;
   g.hull.vertex_eights = g.hull.plane_eights = nullptr;
@@ -195,7 +195,7 @@ TEST(CollisionHull, VectorInstructionsGiveTheBitsOfSingleNumbers) {
     const Geometry a = any(), b = any();
     Pose pose{random.uniform(0, 1.3f) * random.direction(), 0, i % 4 == 0 ? Quat{} : random.rotation()};
     AxisCache in_lanes, one_by_one;
-    for (int step = 0; step < 3; ++step) {  // with what is remembered, too
+    for (int step = 0; step < 3; ++step) {  // including cached axes
       const Manifold m = collide(a, b, pose, 0.02f, in_lanes);
       expect_same_bits(m, collide(plain(a), plain(b), pose, 0.02f, one_by_one));
       ASSERT_EQ(std::memcmp(&in_lanes, &one_by_one, sizeof(AxisCache)), 0);
@@ -266,7 +266,7 @@ TEST(CollisionHull, ReductionKeepsTheDeepestAndTheArea) {
       std::shuffle(points.begin(), points.end(), std::mt19937(static_cast<unsigned>(trial)));
       const auto deeper = [](const FacePoint& p, const FacePoint& q) { return p.z < q.z; };
       const FacePoint deepest = *std::min_element(points.begin(), points.end(), deeper);
-      // Corners in the order of their angles, so that the shoelace formula gives the area.
+      // Corners in angular order, so that the shoelace formula gives the area.
       const auto area = [](std::vector<FacePoint> q) {
         std::sort(q.begin(), q.end(), [](auto& p, auto& r) { return p.feature < r.feature; });
         double twice = 0;

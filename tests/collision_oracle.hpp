@@ -1,4 +1,4 @@
-// Slow and plain answers in double precision to compare the narrow phase with.
+// Slow, simple answers in double precision to compare the narrow phase with.
 #pragma once
 
 #include <cmath>
@@ -47,7 +47,7 @@ inline Solid place(const TestHull& hull, const Pose& pose) {
   return solid;
 }
 
-/// Gap between the projections of b and a on the axis, b lying on its positive side.
+/// Gap between the projections of b and a on the axis, with b on its positive side.
 inline double gap(const Solid& a, const Solid& b, Vec3d axis) {
   double highest = -1e300, lowest = 1e300;
   for (Vec3d v : a.vertices) highest = std::max(highest, dot(axis, v));

@@ -13,7 +13,7 @@ Geometry sphere_geometry(float r) { return {ShapeType::sphere, r, {0, 0, 0}, {}}
 Geometry capsule_geometry(float r, float l) { return {ShapeType::capsule, r, {0, 0, l}, {}}; }
 Geometry box_geometry(Vec3 h) { return {ShapeType::box, 0, h, {}}; }
 
-/// Distance of a point to a convex solid, by alternating projections onto its half spaces (Dykstra): slow, sure.
+/// Distance of a point from a convex solid by alternating projections onto its half spaces (Dykstra): slow but sure.
 double distance_to(const Solid& solid, Vec3d point) {
   if (height_over(solid, point) <= 0) return 0;
   std::vector<Vec3d> corrections(solid.planes.size());
@@ -31,7 +31,7 @@ double distance_to(const Solid& solid, Vec3d point) {
   return length(point - x);
 }
 
-/// Least distance from points of the segment, by golden section: the distance is convex along it.
+/// Minimum distance from points of the segment by golden-section search: the distance is convex along it.
 double distance_to(const Solid& solid, Vec3d from, Vec3d to) {
   double lo = 0, hi = 1;
   const double g = 0.6180339887498949;
@@ -47,7 +47,7 @@ double distance_to(const Solid& solid, Vec3d from, Vec3d to) {
   return std::min(d1, d2);
 }
 
-/// The core of a capsule as a solid without planes, for separations by axes.
+/// The core of a capsule as a solid without planes, for separating axes.
 double core_overlap(const Solid& solid, Vec3d from, Vec3d to) {
   double best = -1e300;
   const auto low = [&](Vec3d n) { return std::min(dot(n, from), dot(n, to)); };
@@ -146,7 +146,7 @@ TEST(CollisionRound, ParallelCapsulesTouchInTwoPoints) {
   EXPECT_NEAR(m.points[0].separation, -0.01f, 1e-6);
   EXPECT_NEAR(m.points[1].separation, -0.01f, 1e-6);
   EXPECT_NEAR(std::abs(m.points[0].position.z - m.points[1].position.z), 1.2f, 1e-5);
-  // End to end they touch in one.
+  // End to end they touch at one point.
   const Manifold end =
       collide(capsule_geometry(0.5f, 1), capsule_geometry(0.5f, 1), {{0, 0, 2.99f}, 0, {}}, 0.02f, cache);
   ASSERT_EQ(end.count, 1);
@@ -204,7 +204,7 @@ TEST(CollisionRound, SpheresAndCapsulesOnPolyhedraMatchTheOracle) {
     if (overlap > 0) {
       EXPECT_NEAR(lowest_separation(m), exact - double(r), is_sphere ? 1e-4 : tolerance);
     }
-    // Moved out along the normal by the overlap, the shapes are apart.
+    // Moved apart along the normal by the overlap, the shapes are separate.
     const Vec3d out = (-std::min(overlap, 0.0) + 2 * tolerance) * to_double(m.normal);
     if (overlap <= 0) {
       EXPECT_GT(core_overlap(solid, e.from + out, e.to + out), 0) << "the normal must point from A to B";
@@ -266,7 +266,7 @@ TEST(CollisionRound, BoxAndHullAgreeOnSpheres) {
   }
 }
 
-// The cross product of its edges with the capsule is so short that its square has no digits left.
+// The cross product of its edges with the capsule is so short that its square underflows.
 TEST(CollisionRound, ABoxWithoutThicknessGivesUnitNormals) {
   const Geometry plate = box_geometry({6.6875f, 2.5243549e-29f, 6.6875f});
   const Geometry needle = capsule_geometry(6.6875f, 11665408);

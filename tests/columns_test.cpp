@@ -1,4 +1,4 @@
-// Tall columns, which the direct solution of supports holds (dynamics/support.hpp), on every simulator.
+// Tall columns, held by the direct solution of supports (dynamics/support.hpp), on every simulator.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -37,7 +37,7 @@ Momentum momentum(const World& world, const std::vector<BodyId>& ids) {
   return sum;
 }
 
-/// Cubes on the ground, the storeys `gap` apart, each `offset` beside the one below.
+/// Cubes on the ground, with the storeys `gap` apart, each offset by `offset` from the one below.
 std::vector<BodyId> add_column(World& world, int storeys, float gap, float offset) {
   std::vector<BodyId> ids;
   for (int i = 0; i < storeys; ++i) {
@@ -79,7 +79,7 @@ TEST(Columns, ThatFallIntoPlaceGainNoEnergy) {
   }
 }
 
-// Higher ones may come down: every impact tilts the storeys above it a little more, whichever way it began.
+// Taller ones may fall: every impact tilts the storeys above it a little more, whichever way it began.
 TEST(Columns, OfSixteenThatFallIntoPlaceStand) {
   for (const float gap : gaps) {
     World world(quiet_world());
@@ -91,7 +91,7 @@ TEST(Columns, OfSixteenThatFallIntoPlaceStand) {
   }
 }
 
-// A direct solution holds no more than contacts can: a column that leans too far goes over.
+// A direct solution holds no more than contacts can: a column that leans too far topples.
 TEST(Columns, LeanAsFarAsTheyMayAndNoFarther) {
   for (const float offset : {0.04f, 0.09f}) {
     World world(quiet_world());
@@ -123,12 +123,12 @@ TEST(Columns, ThatStandOnNothingFixedKeepTheirMomentum) {
   }
   const Momentum found = momentum(world, ids);
   EXPECT_LT(length(found.linear - expected.linear), 1e-3f * length(expected.linear));
-  // The torque above is of the step's beginning.
+  // The torque above is that at the start of the step.
   EXPECT_LT(length(found.angular - expected.angular), 0.02f * length(expected.linear));
   EXPECT_GT(world.velocity(ids.back()).linear.z, 15) << "the slab carries the column up";
 }
 
-// Many columns, which groups of islands hold, and beside a pyramid that all threads share.
+// Many columns, which are held in groups of islands, and beside a pyramid that all threads share.
 TEST(Columns, DoNotDependOnThreads) {
   for (const int layers : {0, 12}) {
     std::uint64_t expected = 0;

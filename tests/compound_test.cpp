@@ -1,4 +1,4 @@
-// Compounds: their mass, how they lie, roll, hit and are hit, and what is asked of them.
+// Compounds: their mass, how they rest, roll, hit and are hit, and queries of them.
 #include <gtest/gtest.h>
 
 #include <fathom/compound.hpp>
@@ -25,7 +25,7 @@ TEST(Compound, HasTheMassOfItsChildren) {
   EXPECT_NEAR(eight.inertia.zz, one.inertia.zz, 1e-5f);
   EXPECT_NEAR(eight.inertia.xy, 0, 1e-5f);
   EXPECT_NEAR(volume(cube_of_cubes()), 8, 1e-5f);
-  // A heavy and a light ball: the centre of mass divides their distance as 1 to 4.
+  // A heavy and a light ball: the centre of mass divides their distance in the ratio 1 to 4.
   ChildShape light = child(sphere(0.1f), {0, 0, 0}), heavy = child(sphere(0.1f), {1, 0, 0});
   heavy.density = 4;
   const Shape dumbbell = compound(std::vector{light, heavy});
@@ -105,7 +105,7 @@ TEST(Compound, TablesStandAndCarry) {
   }
   EXPECT_NEAR(world.pose(load).position.z, 4.8f, 0.01f);
   EXPECT_FALSE(world.is_awake(load));
-  // Under the top there is room.
+  // There is room under the top.
   const BodyId ball = world.add(dynamic(sphere(0.2f), {3, 0, 0.71f}));
   world.set_velocity(ball, {-3, 0, 0}, {0, -15, 0});
   run(world, 180);
@@ -148,7 +148,7 @@ TEST(Compound, ChildrenHaveTheirOwnMaterialsAndFilters) {
   EXPECT_NEAR(world.pose(upright).position.x, 4, 0.05f);
   EXPECT_LT(world.pose(turned).position.x, 0.5f);
 
-  // A ghost on top of a block: what falls goes through it and lies on the block.
+  // A ghost on top of a block: a falling body passes through it and lies on the block.
   ChildShape block = child(box({1, 1, 0.5f}), {0, 0, 0.5f}), ghost = child(box({1, 1, 0.5f}), {0, 0, 1.5f});
   ghost.filter = Filter{.category = 2, .mask = 0};
   BodyDef base = fixed(compound(std::vector{block, ghost}), {20, 0, 0});
@@ -200,7 +200,8 @@ std::vector<ChildShape> plates() {
   return children;
 }
 
-/// Shots inside, of which so many get out. They go from wall to wall within a step: nothing foretold where to look.
+/// Fires shots inside a box and counts those that get out. They go from wall to wall within a step: nothing predicted
+/// where to look.
 int shots_out(int shots, float fastest, bool as_compound, bool turning) {
   Generator random(5);
   int out = 0;
@@ -334,7 +335,7 @@ TEST(Compound, HeapsGoOnFromSnapshots) {
     copy.step();
     ASSERT_EQ(heap.world.state_hash(), copy.state_hash()) << i;
   }
-  // Whatever is altered is refused or harmless.
+  // Any corruption is either detected or harmless.
   Generator random(1);
   for (int i = 0; i < 300; ++i) {
     std::vector<std::byte> altered = bytes;

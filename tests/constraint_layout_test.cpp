@@ -13,7 +13,7 @@
 namespace fathom::native::constraint_layout_test {
 namespace {
 
-/// Cubes in a row of rows on a ground, with contacts between those that are asked for.
+/// Cubes in a row of rows on a ground, with contacts between requested pairs.
 struct Contacts {
   BodyTable bodies;
   BodyState state;
@@ -69,7 +69,7 @@ struct Contacts {
   }
 };
 
-/// Every coloured contact has one lane, every body one place, and no block holds a body twice.
+/// Every coloured contact has one lane, every body one slot, and no block contains a body twice.
 void check(const ConstraintLayout& layout, const Contacts& c, std::size_t width) {
   std::multiset<std::uint32_t> expected, seen;
   for (int colour = 0; colour < colour_count; ++colour)

@@ -57,14 +57,14 @@ class RowsOfContacts : public testing::Test {
   }
 };
 
-// Boxes that touch somewhere: their manifolds are finite, and a relax sweep over their rows leaves all finite, impulses
-// that push and lie in their cones, and no more energy than there was.
+// Random touching boxes: their manifolds are finite, and a relax sweep over their rows leaves everything finite,
+// impulses that push and stay in their cones, and no more energy than before.
 TEST_F(RowsOfContacts, SweepsStayFiniteInTheirConesAndPassive) {
   int touching = 0;
   for (int i = 0; i < 40000; ++i) {
     const float size = magnitude(-3, 3);
     Solid a = solid(size, {}), b = solid(size * magnitude(-1, 1), {});
-    // B where a corner of its is about at a point of A.
+    // B with one of its corners close to a point of A.
     const auto on = [&](const Solid& s) {
       return rotate(s.pose.rotation,
                     Vec3{uniform(-1, 1) * s.half.x, uniform(-1, 1) * s.half.y, uniform(-1, 1) * s.half.z});
@@ -93,7 +93,7 @@ TEST_F(RowsOfContacts, SweepsStayFiniteInTheirConesAndPassive) {
       return energy(a) + energy(b);
     };
     const double before = all_energy();
-    // Without a bias, and from zero, each sweep takes energy from where points approach.
+    // Without bias, and starting from zero, each sweep removes energy at approaching points.
     for (int p = 0; p < rows.count; ++p) rows.points[p].separation = 0;
     const auto still = [](Vec3 slide) { return slide; };
     const ContactImpulses& impulses = rows.impulses;
@@ -111,7 +111,7 @@ TEST_F(RowsOfContacts, SweepsStayFiniteInTheirConesAndPassive) {
   EXPECT_GT(touching, 10000);
 }
 
-// A body that is not finite, or an impulse that is not, is told from all others.
+// A body or an impulse that is not finite is detected.
 TEST_F(RowsOfContacts, WhatIsNotFiniteIsNotSound) {
   const float bad[] = {__builtin_nanf(""), __builtin_inff(), -__builtin_inff()};
   for (const float value : bad)

@@ -1,5 +1,5 @@
-// What becomes non-finite inside a step reaches no other body: whatever the moment, the others go on bit for bit as if
-// the body had been taken out before the step.
+// What becomes non-finite inside a step affects no other body: at whatever moment, the others continue bit for bit as
+// if that body had been removed before the step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,8 +38,8 @@ WorldDef definition(const Variant& v, bool sleeps) {
   return def;
 }
 
-/// A heap of all shapes, columns, small islands; in each some bodies that will fail, at the top and below. Returns how
-/// many they are.
+/// A heap of all shapes, columns, small islands; each contains some bodies that will fail, at the top and below.
+/// Returns their number.
 std::size_t fill(World& world, int heap, int islands) {
   world.add(ground());
   const Vec3 corners[] = {{0.4f, 0, 0},  {-0.4f, 0.1f, 0}, {0, 0.4f, 0.1f},
@@ -70,7 +70,7 @@ std::size_t fill(World& world, int heap, int islands) {
   return count;
 }
 
-/// Arms the fault for as long as it lives.
+/// Arms the fault while it lives.
 struct Armed {
   Armed(SolverStage stage, std::uint32_t substep, bool turns) {
     body_fault.category = failing;
@@ -82,7 +82,7 @@ struct Armed {
   ~Armed() { body_fault.is_armed = false; }
 };
 
-/// What a world is after one step with the fault, and after some more.
+/// The state of a world after one step with the fault, and after some more.
 struct Outcome {
   std::vector<Pose> poses[2];
   std::vector<Velocity> velocities[2];
@@ -122,8 +122,8 @@ bool all_finite(const Outcome& a) {
   return true;
 }
 
-/// Whether the step had the same constraints in the same order. A device has made them by the time bodies fail: where
-/// those go counts for their manifolds, and they for the colours that contacts choose.
+/// Whether the step had the same constraints in the same order. A device has made them by the time bodies fail: the
+/// motion of those affects their manifolds, and their manifolds affect the colours that contacts choose.
 bool have_same_constraints(const Outcome& a, const Outcome& b) {
   const auto is_same_point = [](const ContactPointInfo& x, const ContactPointInfo& y) {
     return length(x.position - y.position) < 1e-3f;
@@ -136,7 +136,7 @@ bool have_same_constraints(const Outcome& a, const Outcome& b) {
 }
 
 /// Bodies whose states differ after the step, as text. Later steps may differ: the step's manifolds are those of a body
-/// that still moved.
+/// that was still moving.
 std::string differences(const Outcome& a, const Outcome& b) {
   std::string text;
   for (std::size_t i = 0; i < a.poses[0].size(); ++i) {
@@ -162,7 +162,7 @@ std::vector<SolverStage> stages_of(const Variant& v) {
 class Containment : public testing::TestWithParam<Variant> {
  protected:
   /// Fails at every stage of the first and the last substep, and compares with a world where the bodies were isolated
-  /// before the step. Where that had other constraints on a device it is a later step that is looked at.
+  /// before the step. If that world had other constraints on a device, a later step is tested.
   static void expect_contained(int heap, int islands, int settling) {
     const Variant v = GetParam();
     World world(definition(v, false));
@@ -186,7 +186,7 @@ class Containment : public testing::TestWithParam<Variant> {
     for (const SolverStage stage : stages_of(v))
       for (const std::uint32_t substep : {0u, 3u})
         for (const bool turns : {false, true}) {
-          // The last sweep is not followed by anything that looks at bodies; in cells no kernel knows its substep.
+          // Nothing looks at bodies after the last sweep; in cells no kernel knows its substep.
           const bool is_not_seen = v.partition == Partition::cells || stage == SolverStage::relaxes;
           if (on_device && substep == 3 && is_not_seen) continue;
           SCOPED_TRACE("stage " + std::to_string(static_cast<int>(stage)) + ", substep " + std::to_string(substep) +
@@ -220,7 +220,7 @@ std::vector<Variant> variants() {
 INSTANTIATE_TEST_SUITE_P(Simulators, Containment, testing::ValuesIn(variants()),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
-// Heaps of so many contacts are solved in domains.
+// Heaps with this many contacts are solved in domains.
 TEST(ContainmentInDomains, OthersGoOnAsIfItHadBeenTakenOut) {
   for (const int threads : {1, 2}) {
     const Variant v{"domains", SimulatorKind::native, threads};

@@ -1,6 +1,6 @@
-// Joints between bodies in water, which resist along each axis with another mass (dynamics/inverse_inertia-inl.hpp):
-// what one sweep gives the bodies is what their 6×6 masses, in double precision, make of its impulse, and what the
-// joint holds does not move afterwards.
+// Joints between bodies in water, whose mass differs along each axis (dynamics/inverse_inertia-inl.hpp): one sweep
+// changes the bodies as their 6×6 masses, in double precision, respond to its impulse, and what the joint locks does
+// not move afterwards.
 #include <gtest/gtest.h>
 
 #include "coupled_mass.hpp"
@@ -13,7 +13,7 @@ constexpr float h = 1 / 240.0f;
 
 using CoupledBodies = JointBodies<CoupledInertia<float>>;
 
-/// A body's momentum and moment of momentum (N·s, N·m·s), as its spin is written.
+/// A body's momentum and moment of momentum (N·s, N·m·s), laid out like its spin.
 Vec6 momentum_of(const CoupledMass& mass, Quat frame, Vec3 linear, Vec3 spin) {
   return product(matrix(mass), joined(inverse_rotate(frame, linear), spin));
 }
@@ -25,9 +25,9 @@ class CoupledJointsTest : public CoupledMassTest {
   CoupledBodies bodies_, begin_;
   UnitQuat<float> on_a_{1, {}}, on_b_{1, {}};
   Vec3 anchor_a_, anchor_b_;
-  double scale_ = 0;  ///< kg·m/s about which momenta are
+  double scale_ = 0;  ///< kg·m/s, the scale of the momenta
 
-  /// Two bodies on their way within a step.
+  /// Two bodies in motion within a step.
   void make_bodies() {
     size_ = magnitude(-1, 1);
     mass_a_ = any_mass(size_), mass_b_ = any_mass(size_ * magnitude(-0.5f, 0.5f));
@@ -54,7 +54,7 @@ class CoupledJointsTest : public CoupledMassTest {
   Quat frame_a() const { return turned({1, 0, 0, 0}, bodies_.a.turned); }
   Quat frame_b() const { return turned({1, 0, 0, 0}, bodies_.b.turned); }
 
-  /// What B has been given is this impulse in the world with this moment about its centre, and A what is told of it.
+  /// B has received this impulse in the world with this moment about its centre, and A the one given for it.
   void expect_given(Vec3 on_a, Vec3 moment_a, Vec3 on_b, Vec3 moment_b, const char* of) const {
     expect_given(mass_a_, frame_a(), begin_.a, bodies_.a, on_a, moment_a, of);
     expect_given(mass_b_, frame_b(), begin_.b, bodies_.b, on_b, moment_b, of);
@@ -63,7 +63,7 @@ class CoupledJointsTest : public CoupledMassTest {
                     const CoupledBodies::Side& after, Vec3 impulse, Vec3 moment, const char* of) const {
     const Vec6 given = momentum_of(mass, frame, after.linear - before.linear, after.angular - before.angular);
     const Vec6 expected = joined(inverse_rotate(frame, impulse), inverse_rotate(frame, moment));
-    // Velocities are rounded, and the heaviest axis weighs what they lack.
+    // Velocities are rounded, and the heaviest axis amplifies that error.
     const double most = 1e-5 * (scale_ + std::sqrt(dot(expected, expected))) *
                         std::sqrt(1 + wide(largest(mass)) * wide(after.inverse_mass));
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(given[i], expected[i], most) << of << ", " << i;
@@ -88,7 +88,7 @@ TEST_F(CoupledJointsTest, BallJoint) {
   }
 }
 
-// What a substep's impulse has been acts along the arms as they are by the next one.
+// Impulses of a substep act along the arms as they are in the next one.
 TEST_F(CoupledJointsTest, ABallJointsImpulseIsCarriedAlong) {
   for (int trial = 0; trial < 2000; ++trial) {
     make_bodies();

@@ -1,4 +1,4 @@
-// Bodies in water for tests: their 6×6 masses, at random, and what they are multiplied with, in double precision.
+// Bodies in water for tests: random 6×6 masses and products with them, in double precision.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -45,13 +45,13 @@ inline double dot(const Vec6& a, const Vec6& b) {
   return sum;
 }
 
-/// Makes masses of bodies in water.
+/// Creates masses of bodies in water.
 class CoupledMassTest : public testing::Test {
  protected:
   Generator random_{23};
 
   float magnitude(float from, float to) { return std::pow(10.0f, uniform(random_, from, to)); }
-  /// A dry body, and water that it carries along: another mass along each axis, centred somewhere else in it.
+  /// A dry body, and water that it carries along: a different mass along each axis, centred elsewhere in the body.
   CoupledMass any_mass(float size) {
     CoupledMass total{{}, {{}, {}, {}}, {}};
     const float dry = magnitude(0, 4) * size * size * size;
@@ -65,7 +65,7 @@ class CoupledMassTest : public testing::Test {
   }
   Vec3 extents() { return {magnitude(-2, 0), magnitude(-2, 0), magnitude(-2, 0)}; }
 
-  /// With principal masses and moments in axes `turn` about a centre `at` of the body's frame.
+  /// Adds principal masses and moments with axes `turn` about a centre `at` in the body's frame.
   static void add(CoupledMass& to, Vec3 mass, Vec3 inertia, Vec3 at, Quat turn) {
     const Mat3 r = to_matrix(turn);
     const SymMat3 m = rotated(r, SymMat3{mass.x, mass.y, mass.z, 0, 0, 0});

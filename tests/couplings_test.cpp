@@ -50,7 +50,7 @@ JointDef geared(const World& world, const Wheel& a, const Wheel& b, float ratio)
   return gear_joint(a.body, world.pose(a.body), {1, 0, 0}, b.body, world.pose(b.body), {1, 0, 0}, ratio);
 }
 
-// The first wheel is driven, the second one braked: the teeth carry 2 N·m, for a hundred turns.
+// The first wheel is driven, the second braked: the teeth carry 2 N·m, over a hundred turns.
 TEST_P(Couplings, GearsKeepTheirRatioForAHundredTurns) {
   World world(weightless());
   Wheel fast(world, {0, 0, 5}, 0.1f, 1, 12, 20), slow(world, {0, 0.5f, 5}, 0.3f, 9, 0, 2);
@@ -81,7 +81,7 @@ TEST_P(Couplings, DrivenGearsComeToAnEvenSpeed) {
   }
 }
 
-// Torque at one end accelerates both: I_a + I_b / ratio².
+// A torque at one end accelerates both: I_a + I_b / ratio².
 TEST_P(Couplings, GearsShareInertia) {
   for (const float mass : {0.01f, 1.0f, 1000.0f}) {
     World world(weightless());
@@ -158,7 +158,7 @@ TEST_P(Couplings, ATackleDividesTheLoad) {
   EXPECT_NEAR(world.reaction(rope).force.z, 9 * 9.81f, 0.05f);
 }
 
-// A rope pulls, and does not push.
+// A rope pulls but does not push.
 TEST_P(Couplings, ASlackRopeLetsFall) {
   World world(GetParam().quiet());
   const BodyId a = world.add(dynamic(sphere(0.1f), {-1, 0, 0}, 1)), b = world.add(dynamic(sphere(0.1f), {1, 0, 0}, 2));
@@ -172,7 +172,7 @@ TEST_P(Couplings, ASlackRopeLetsFall) {
   EXPECT_GT(world.velocity(a).linear.z, 0);
 }
 
-// Wheels of a pulley and the way of a rack move with the origin.
+// A pulley's wheels and a rack's path move with the origin.
 TEST_P(Couplings, AShiftOfTheOriginDisturbsNone) {
   const auto at_end = [](bool shifts) {
     World world(GetParam().quiet());
@@ -213,7 +213,7 @@ TEST_P(Couplings, WhatCannotBePushedLeads) {
   EXPECT_NEAR(world.pose(rack).position.y, 10, 1e-2f);
 }
 
-/// A train of gears of random sizes and masses with loads, and a rope that hangs on its last wheel's rack.
+/// A train of gears of random sizes and masses with loads, and a rope that hangs on the rack of its last wheel.
 struct Train {
   World world;
   std::vector<Wheel> wheels;
@@ -262,7 +262,7 @@ TEST_P(Couplings, TrainsOfGearsHoldAndGoOnAlikeFromSnapshots) {
   }
 }
 
-// A coupling whose row knows little of what it moves: a pile of crates on a lift, against a counterweight.
+// A coupling whose row sees little of the mass it moves: a pile of crates on a lift, against a counterweight.
 TEST_P(Couplings, ALiftCarriesAPile) {
   for (const auto& [dt, substeps] : {std::pair{1.0f / 60, 4}, {1.0f / 240, 8}})
     for (const float top : {1.0f, 20.0f}) {
@@ -310,7 +310,7 @@ TEST_P(Couplings, BreakAndSleep) {
   EXPECT_LT(world.pose(a).position.z, -1);
 }
 
-// A rope whose body had another joint may be held harder once that is gone: saved and restored worlds have to agree.
+// A rope whose body had another joint may be stiffer once that is gone: saved and restored worlds have to agree.
 TEST_P(Couplings, GoOnAlikeAfterAJointBesideThemHasGone) {
   for (const bool breaks : {false, true}) {
     World world(GetParam().quiet());

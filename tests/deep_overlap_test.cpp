@@ -1,4 +1,4 @@
-// Manifolds of shapes that overlap, however deeply: a contact that does not show an overlap does not push it out.
+// Manifolds of shapes that overlap, however deeply: a contact that shows no overlap does not push it out.
 #include <gtest/gtest.h>
 
 #include "collision/manifold.hpp"
@@ -16,7 +16,7 @@ double deepest(const Manifold& manifold) {
   return depth;
 }
 
-/// How deep a manifold of these shapes must be, at least and at most (m).
+/// Bounds on the depth of a manifold of these shapes (m).
 struct Bounds {
   double least, most;
 };
@@ -56,8 +56,8 @@ TEST(DeepOverlap, ShowsInManifoldsOfAnyShapes) {
   EXPECT_GT(overlapping, 20'000);
 }
 
-// A plate 11 cm thick and 7 m wide whose rim had been pressed 25 cm into a box: the face of the plate that is the best
-// axis within the tolerance shows 0.6 mm, because the box's deepest corner is beside it.
+// A plate 11 cm thick and 7 m wide whose rim is pressed 25 cm into a box: the plate's face that is the best axis within
+// the tolerance shows 0.6 mm, because the box's deepest corner is beside it.
 TEST(DeepOverlap, ShowsWhereTheDeepestCornerIsBesideTheFace) {
   const Heap heap = make_heap(172);
   const BodyDef &plate = heap.scene.bodies[15], &box = heap.scene.bodies[42];

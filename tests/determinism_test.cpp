@@ -10,7 +10,7 @@
 namespace fathom::test::determinism_test {
 namespace {
 
-// A heap of all shapes with bouncing, spinning and sliding, and a few changes on the way.
+// A heap of all shapes with bouncing, spinning and sliding, and a few changes along the way.
 std::uint64_t heap_hash(WorldDef def) {
   World world(def);
   world.add(ground(0.6f));
@@ -39,7 +39,7 @@ TEST(Determinism, ThreadsDoNotMatter) {
   for (const int threads : {2, 3, 5}) EXPECT_EQ(heap_hash(quiet_world(threads)), expected) << threads << " threads";
 }
 
-// Large enough for several threads to be worth while: many islands, which are solved in groups, and a single one.
+// Large enough for several threads: many islands, which are solved in groups, and a single one.
 TEST(Determinism, ThreadsDoNotMatterInTheEnvironments) {
   const auto hash = [](Scene scene, int threads) {
     scene.world.threads = threads;
@@ -62,7 +62,7 @@ TEST(Determinism, ThreadsDoNotMatterInTheEnvironments) {
   check("pyramid in domains", [] { return pyramid(18); });
 }
 
-// Heaps large enough for domains: one that falls together, drawing them anew on the way, and a kinematic body that
+// Heaps large enough for domains: one that collapses, so that they are redrawn along the way, and a kinematic body that
 // comes and goes.
 TEST(Determinism, ThreadsDoNotMatterInLargeHeaps) {
   const auto hash = [](int threads) {
@@ -89,8 +89,8 @@ TEST(Determinism, ThreadsDoNotMatterInLargeHeaps) {
   for (const int threads : {2, 5}) EXPECT_EQ(hash(threads), expected) << threads;
 }
 
-// Small bodies within each other's margins have more contacts than colours. The overflow forbids domains, and the order
-// by colours was then asked of a neighbourhood that nobody had made.
+// Small bodies within each other's margins have more contacts than colours. The overflow rules out domains, so the
+// order by colours must not depend on their neighbourhoods.
 TEST(Determinism, ThreadsDoNotMatterInACrowdOfSmallBodies) {
   const auto hash = [](int threads) {
     World world(quiet_world(threads));
@@ -136,7 +136,7 @@ TEST(Determinism, SleepingDoesNotDependOnThreadsEither) {
   EXPECT_EQ(heap_hash(def), expected);
 }
 
-// Columns of many heights, cubes and flat boxes, which come apart where balls hit them.
+// Columns of many heights, cubes and flat boxes, which break up where balls hit them.
 std::uint64_t columns_hash(const WorldDef& def) {
   World world(def);
   world.add(ground());

@@ -1,5 +1,5 @@
-// The device simulator where its device fails: memory that runs out at any place of a step leaves a world that goes on
-// bit for bit once there is memory again; a device that is lost is one error, and harms nothing else.
+// Failures of the device: after running out of memory anywhere in a step, a world continues bit for bit once there is
+// memory again; a lost device is one error, and affects nothing else.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ struct Growing {
     def.ahead = ahead;
     return def;
   }
-  /// What happens before step i, in parts that a failure may not tear.
+  /// Actions before step i, in parts that a failure must not split.
   void before(int i) {
     if (i % 4 == 0) {
       for (int k = 0; k < 110; ++k)
@@ -69,12 +69,12 @@ std::uint64_t undisturbed(int ahead) {
   return run.world.state_hash();
 }
 
-/// The same with one allocation failing, at every place in turn; returns how many places there are.
+/// The same with one allocation failing, at every position one after the other; returns the number of positions.
 int fail_everywhere(int ahead, std::uint64_t expected) {
   for (int failing = 0;; failing += ahead == 0 ? 1 : 3) {
     Growing run(ahead);
     bool failed = false;
-    // Calls that only ask may be made again.
+    // Calls that only read may be repeated.
     const auto until_it_works = [&](const auto& call) {
       for (;;) {
         try {
@@ -129,12 +129,12 @@ TEST_F(DeviceFaults, ALostDeviceIsOneErrorAndTheSnapshotGoesOnElsewhere) {
       };
       expect_error(ErrorCode::unavailable, "the device is lost", use);
       expect_error(ErrorCode::unavailable, "the device is lost", use);
-      // Worlds on other devices do not notice.
+      // Worlds on other devices are not affected.
       World native(quiet_world(1));
       native.add(cube({0, 0, 5}));
       native.step();
       host_faults.calls = -1;
-      // `doomed` goes; its snapshot goes on where a device is.
+      // `doomed` is lost; its snapshot continues on a working device.
     }
     World again(Growing::definition(ahead));
     again.restore(bytes);

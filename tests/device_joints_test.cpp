@@ -1,4 +1,4 @@
-// Joints of the device simulator: what the host keeps of them, colours taken from contacts, and memory that runs out.
+// Joints of the device simulator: the host's copy of them, colours taken from contacts, and memory that runs out.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -15,7 +15,7 @@ using device::ApartEdit;
 using device::ApartPairs;
 using device::ApartTable;
 
-// The device's table is what edits have made of it.
+// The device's table is the result of edits.
 TEST(ApartPairs, HoldWhatWasAddedMoreOftenThanRemoved) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     Generator random(seed);
@@ -48,7 +48,7 @@ TEST(ApartPairs, HoldWhatWasAddedMoreOftenThanRemoved) {
 
 constexpr JointWorlds on_device{"device", SimulatorKind::device};
 
-// Boxes lie in a heap, whose contacts have the lowest colours, when all are tied together; then they are untied.
+// Boxes lie in a heap, whose contacts have the lowest colours, when they are all tied together; then they are untied.
 TEST(DeviceJoints, TakeColoursThatContactsHave) {
   for (const bool sleeps : {false, true}) {
     World world(sleeps ? on_device.sleepy() : on_device.quiet());
@@ -81,7 +81,7 @@ TEST(DeviceJoints, TakeColoursThatContactsHave) {
   }
 }
 
-// As DeviceFaults has it: where memory runs out, a step has not been asked for.
+// As in DeviceFaults: where memory runs out, a step has not been requested.
 TEST(DeviceJoints, GoOnWhereMemoryRanOut) {
   const auto add = [](World& world, int i) {
     if (i % 3) return;

@@ -1,5 +1,5 @@
-// A device's rows are laws' rows laid out in quads (device/constraint_rows.hpp, joint_sweeps.hpp): each kind of
-// constraint, stored and loaded between sweeps, comes out to the bit as the row that never left its registers.
+// A device's rows are those of the laws, laid out in quads (device/constraint_rows.hpp, joint_sweeps.hpp): each kind of
+// constraint, stored and loaded between sweeps, equals bit for bit the row that never left its registers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,7 +48,7 @@ class DeviceRows : public testing::Test {
     row.bias_rate = 60, row.mass_scale = 0.7f, row.impulse_scale = 0.3f;
   }
 
-  /// Every sweep over a row that stays where it is, `law`, and over one that `load` makes of the quads each time.
+  /// Every sweep over a row that stays in place, `law`, and over one that `load` makes from the quads each time.
   template <class Law, class Load>
   void compare(Law law, const Load& load) {
     Bodies kept = bodies(), stored = kept;
@@ -143,7 +143,7 @@ TEST_F(DeviceRows, OfCouplings) {
   }
 }
 
-/// A contact's rows as a sweep wants them; `store` leaves what sweeps write.
+/// A contact's rows as a sweep needs them; `store` keeps what sweeps write.
 struct ContactSweep {
   ContactRows rows;
 

@@ -1,5 +1,4 @@
-// What the device simulator promises beyond the World's interface, on its host back end or where FATHOM_TEST_DEVICE
-// says.
+// What the device simulator promises beyond the World's interface, on its host back end or on FATHOM_TEST_DEVICE.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +30,7 @@ TEST(DevicePoses, HostBackEndHasNone) {
   EXPECT_FALSE(World().device_poses());
 }
 
-/// State hash of a scene after so many steps, with settings that must not matter.
+/// State hash of a scene after `steps` steps, with settings that must not matter.
 std::uint64_t hash_after(Scene scene, int steps, const std::function<void(WorldDef&)>& set) {
   scene.world = on_device(scene.world);
   set(scene.world);
@@ -55,8 +54,8 @@ TEST(DeviceSimulator, SameStatesForAnyNumberOfThreadsAndStepsAhead) {
   }
 }
 
-// Contacts of a pyramid begin all at once and choose their colours in no order that would suit it; they try again until
-// no colour more can be spared.
+// Contacts of a pyramid begin all at once and choose their colours in an unsuitable order; they try again until no
+// further colour can be saved.
 TEST(DeviceSimulator, ContactsThatBeganTryOtherColours) {
   World world(on_device(test::quiet_world()));
   world.add(test::ground());
@@ -67,7 +66,7 @@ TEST(DeviceSimulator, ContactsThatBeganTryOtherColours) {
   EXPECT_LE(world.profile().counts.colours, 11u) << "of " << at_first;
 }
 
-// A step that finds its buffers too small is stopped, they grow, and it runs again with all that came after it. The
+// A step that finds its buffers too small is stopped, they grow, and it runs again with all that followed it. The
 // result is that of a world that had room from the start.
 TEST(DeviceSimulator, StepsThatOverflowAreDoneAgain) {
   const auto crowd = [](std::uint32_t room, int ahead) {
@@ -107,7 +106,7 @@ TEST(DeviceSimulator, StepsThatOverflowAreDoneAgain) {
   EXPECT_EQ(crowd(1, 3).first, roomy.first);
 }
 
-// The bound is the one that docs/device.md names.
+// The bound is that of docs/device.md.
 TEST(DeviceSimulator, MemoryIsBoundedByBodiesAndManifolds) {
   for (Scene scene : {pyramid(15), layers(2000)}) {
     scene.world = on_device(scene.world);
@@ -138,7 +137,7 @@ TEST(DeviceSimulator, RunsAheadOfWhatIsRead) {
 }
 
 TEST(DeviceSimulator, ManyBodiesOnOneAreAllHeld) {
-  // More contacts on one dynamic body than one word has colours, and than there are.
+  // More contacts on one dynamic body than a word has colours, and than there are colours.
   for (const int side : {9, 13}) {
     World world(on_device(test::quiet_world()));
     world.add(test::ground());
@@ -179,8 +178,8 @@ TEST(DeviceSimulator, DevicesThatAreNotThereAreErrors) {
   }
 }
 
-// Edits of many bodies go to the device while more are made, and are followed in the bodies' own order: neither that
-// order nor a body's later edit may get lost.
+// Edits of many bodies are sent to the device while more are made, and are followed by edits in the bodies' own order:
+// neither that order nor a body's later edit may be lost.
 TEST(DeviceSimulator, EditsOfManyBodiesAreAppliedInTheirOrder) {
   const Scene scene = drift(5000);
   const auto hash = [&](int ahead, const std::function<void(World&, const std::vector<BodyId>&)>& edit) {

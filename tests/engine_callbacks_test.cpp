@@ -107,7 +107,8 @@ TEST(EngineCallbacks, AnExceptionAtAnEndSparesNobodyElseTheirs) {
   EXPECT_EQ(bodies_in(engine), 5u);
 }
 
-// The step of an exception is made, for everybody, in every mode; the next run goes on as if nothing had been thrown.
+// The step of an exception is completed, for everybody, in every mode; the next run continues as if nothing had been
+// thrown.
 TEST(EngineCallbacks, AnExceptionInATickOrATimerEndsTheRunAfterTheFrame) {
   for (const char* mode : modes) {
     for (const char* where : {"before", "during", "after", "timer", "wall timer", "frame", "action"}) {
@@ -206,7 +207,7 @@ TEST(EngineCallbacks, LookingAtTheWorldNestsAndRefusesToWait) {
     Simulation& simulation = tick.engine.simulation();
     simulation.inspect([&](const CommandRunner&) {
       simulation.inspect([&](const CommandRunner&) { ++looks; });
-      // It may have been made already.
+      // It may already be complete.
       const std::string said = refusal([&] { simulation.wait_for(tick.step); });
       EXPECT_TRUE(said.empty() || said.find("inspect() holds the world") != said.npos) << said;
     });
@@ -400,7 +401,7 @@ class Counted final : public FrontEnd {
     engine.timers().every(
         1e-6,
         [this] {
-          // Once a frame, however long that takes.
+          // Once per frame, however long that takes.
           if (std::exchange(wall_polls_, polls_) != polls_) call("wall timer");
         },
         TimeBase::wall);
@@ -426,7 +427,7 @@ class Counted final : public FrontEnd {
     thrown_ = name;
     throw std::runtime_error(name);
   }
-  /// Every frame an entity comes and the one of the frame before goes.
+  /// In every frame an entity is created and that of the previous frame destroyed.
   void come_and_go() {
     engine_->world().destroy(guest_);
     auto guest = std::make_unique<Calling>();
@@ -490,8 +491,8 @@ TEST(EngineCallbacks, AnExceptionAtAnyCallSparesNoOtherAndChangesNoState) {
 
 // --- at random -------------------------------------------------------------------------------------------------
 
-/// Callbacks of all kinds, in a shuffled order, that do what they like at random: create, destroy, push, pause, set and
-/// cancel timers, add and remove handlers, stop, throw.
+/// Callbacks of all kinds, in random order, with random actions: create, destroy, push, pause, set and cancel timers,
+/// add and remove handlers, stop, throw.
 class Chaos {
  public:
   Chaos(Engine& engine, std::uint32_t seed) : engine_(engine), random_(seed) {
@@ -565,7 +566,7 @@ class Chaos {
   int thrown_ = 0;
 };
 
-// CI gives it a few schedules; the environment variable FATHOM_SCHEDULES says how many of each mode and simulator.
+// CI runs a few schedules; the environment variable FATHOM_SCHEDULES sets the number for each mode and simulator.
 TEST(EngineCallbacks, RandomSchedulesLeaveTheEngineSound) {
   const char* asked = std::getenv("FATHOM_SCHEDULES");
   const std::uint32_t schedules = asked ? static_cast<std::uint32_t>(std::max(1, std::atoi(asked))) : 6;

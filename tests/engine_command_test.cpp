@@ -1,4 +1,4 @@
-// Commands, each beside the world's own function.
+// Commands, each compared with the world's own function.
 #include <gmock/gmock.h>
 
 #include <functional>
@@ -58,7 +58,7 @@ TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
     EXPECT_EQ(by_command.state_hash(), direct.state_hash()) << "command " << static_cast<int>(kind);
     EXPECT_NE(direct.state_hash(), std::exchange(before, direct.state_hash()));
   }
-  // Of kinematic bodies.
+  // For kinematic bodies.
   BodyDef lift = cube({3, 0, 5});
   lift.motion = MotionType::kinematic;
   const BodyHandle platform{7, 1};

@@ -1,4 +1,4 @@
-// The engine's configuration: files, single keys, origins, complaints.
+// The engine's configuration: files, individual keys, origins, error messages.
 #include <gmock/gmock.h>
 
 #include "engine/config.hpp"

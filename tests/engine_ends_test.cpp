@@ -1,4 +1,4 @@
-// Every loop and wait of the engine ends when it is asked to, in every mode, and nothing is made that nobody asked for.
+// Every loop and wait of the engine ends on request, in every mode, and nothing is made that was not requested.
 #include <gmock/gmock.h>
 
 #include <thread>
@@ -27,7 +27,7 @@ EntityDef falling_cube() {
   return def;
 }
 
-// Whatever a frame waits for, a run ends soon after it is asked to, and its recording is complete.
+// Whatever a frame waits for, a run ends soon after the request, and its recording is complete.
 TEST(EngineEnds, ARunEndsSoonInEveryModeWhateverItWaitsFor) {
   const Folder folder;
   for (const char* mode : {"lockstep", "ahead", "async"}) {
@@ -92,7 +92,7 @@ TEST(EngineEnds, SingleStepsAreMadeWhilePausedInEveryMode) {
       for (int i = 0; i < 100 && engine.steps() < 2; ++i) engine.frame();
       for (int i = 0; i < 5; ++i) engine.frame();
       EXPECT_EQ(engine.steps(), 2u) << mode << ", " << time;
-      engine.simulation().halt();  // mode `ahead` may still be at it
+      engine.simulation().halt();  // in mode `ahead` it may still be running
       EXPECT_EQ(engine.simulation().completed(), 2u) << mode << ", " << time;
     }
   }

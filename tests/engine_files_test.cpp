@@ -69,7 +69,7 @@ TEST(EngineFiles, HaveOneWriter) {
   EXPECT_THAT(refusal([&] { OutputFile second(folder / "g", Writing::live); }), HasSubstr("is being written"));
 }
 
-// Many at once, more than one of which must never hold the file.
+// Many at once, of which never more than one may hold the file.
 TEST(EngineFiles, HaveOneWriterHoweverManyBeginAtOnce) {
   const TestFolder folder;
   std::vector<std::thread> writers;
@@ -100,7 +100,7 @@ TEST(EngineFiles, ThatCannotBeWrittenSayWhy) {
   fs::create_symlink(folder / "nowhere/f", folder / "dangling");
   for (const std::string& name : {std::string("/nowhere/f"), folder / "circle", folder / "dangling", folder / "."})
     EXPECT_THAT(refusal([&] { OutputFile file(name); }), HasSubstr(name + ": cannot be written ("));
-  if (geteuid() == 0) return;  // who may write everything
+  if (geteuid() == 0) return;  // root may write everything
   std::ofstream(folder / "mine") << "kept";
   fs::permissions(folder / "mine", fs::perms::owner_read);
   EXPECT_THAT(refusal([&] { OutputFile file(folder / "mine"); }), HasSubstr("Permission denied"));
@@ -174,7 +174,7 @@ TEST(EngineTrace, ZonesNestInEveryMode) {
       spawn_box(engine);
       engine.run(50);
       engine.finish();
-      // The stages of a device lie on a line of their own.
+      // A device's stages are on a line of their own.
       const std::string around_stages = simulator == std::string("device") ? "" : "step";
       std::map<std::string, int> count;
       for (const TraceZone& zone : trace_zones(folder / "t.json")) {
@@ -194,7 +194,7 @@ TEST(EngineTrace, ZonesNestInEveryMode) {
   }
 }
 
-// Where a number of microseconds has no exact binary form, some readers cut it a nanosecond short, others round it.
+// If a number of microseconds has no exact binary form, some readers cut it a nanosecond short, others round it.
 TEST(EngineTrace, ZonesNestHoweverTheirTimesAreRead) {
   const TestFolder folder;
   trace::Session session(folder / "t.json");
@@ -261,7 +261,7 @@ TEST(EngineTrace, EnginesThatRunAtTheSameTimeBothWriteIt) {
   }
 }
 
-// A device's clock may count more than passes here until the next step.
+// A device's clock may count more time than passes here until the next step.
 TEST(EngineTrace, StagesOfADeviceFollowEachOther) {
   const TestFolder folder;
   trace::Session session(folder / "t.json");

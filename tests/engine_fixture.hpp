@@ -1,4 +1,4 @@
-// What tests of the engine share.
+// Shared by the tests of the engine.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ inline Config quiet_config() {
   return config;
 }
 
-/// What the error says that `act` throws, or "" where it throws none.
+/// The message of the error that `act` throws, or "" if it throws none.
 template <class Act>
 std::string refusal(const Act& act) {
   try {

@@ -1,4 +1,4 @@
-// Recordings are replayed bit for bit, tell what differs, and are refused where they are damaged.
+// Recordings are replayed bit for bit, report differences, and are rejected if damaged.
 #include <gmock/gmock.h>
 
 #include "engine/recording.hpp"
@@ -133,7 +133,7 @@ TEST(EngineRecording, HoldsForTheDeviceSimulatorToo) {
   EXPECT_EQ(result.state_hash, hash);
 }
 
-// A pendulum that is there from the start, and a second bob that is joined to it under way.
+// A pendulum that exists from the start, and a second bob that is joined to it later.
 TEST(EngineRecording, HoldsJoints) {
   const Folder folder;
   Scene scene;
@@ -170,7 +170,7 @@ TEST(EngineRecording, HoldsJoints) {
   }
 }
 
-// A hinge gets a motor, then becomes a slider, then goes.
+// A hinge gets a motor, then becomes a slider, then is removed.
 TEST(EngineRecording, HoldsChangesOfJoints) {
   const Folder folder;
   Scene scene;
@@ -220,7 +220,7 @@ TEST(EngineRecording, HoldsChangesOfJoints) {
   }
 }
 
-// A ball falls through a sensor and, excluded from it, through the ground; the game takes that back for another ball.
+// A ball falls through a sensor and, excluded from it, through the ground; the game reverts that for another ball.
 TEST(EngineRecording, HoldsSensorsAndExcludedPairs) {
   const Folder folder;
   Scene scene;
@@ -262,7 +262,7 @@ TEST(EngineRecording, HoldsSensorsAndExcludedPairs) {
   }
 }
 
-// The second of two joints breaks when it is joined under way; the game is told.
+// The second of two joints breaks when it is joined later; the game is told.
 TEST(EngineRecording, HoldsJointsThatBreak) {
   const Folder folder;
   Scene scene;
@@ -297,7 +297,7 @@ TEST(EngineRecording, HoldsJointsThatBreak) {
       hash = runner.world().state_hash();
     });
     engine.finish();
-    // Ahead, the newest state may not be the one that tells of it.
+    // In mode ahead, the newest state may not be the one that reports it.
     if (std::string(mode) == "lockstep") {
       EXPECT_GE(told, 1);
     }

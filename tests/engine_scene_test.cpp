@@ -27,7 +27,7 @@ std::uint64_t hash_in_the_engine(const Scene& scene, const std::vector<const cha
   return engine.simulation().newest()->hash;
 }
 
-// Kicks, bodies that go round, and bodies that leave and come back (seed 26 of the heaps).
+// Kicks, orbiting bodies, and bodies that leave and come back (seed 26 of the heaps).
 TEST(EngineScenes, WhatASceneDoesOverTimeBelongsToSteps) {
   for (Scene scene : {drift(40), washer(60), make_heap(26).scene}) {
     scene.world.threads = 1;

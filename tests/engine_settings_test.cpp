@@ -13,12 +13,12 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A key with a value that is not its default, and how a scene says it (where it can).
+/// A key with a non-default value, and how a scene sets it (if it can).
 struct Sample {
   const char* key;
   const char* value;
   const char* scene = nullptr;
-  bool recorded = true;  ///< threads, device and what is read belong to the machine
+  bool recorded = true;  ///< false for threads, device and reading, which belong to the machine
 };
 
 const Sample world_samples[] = {
@@ -148,7 +148,7 @@ TEST(EngineSettings, ADefaultThatIsSetIsSet) {
 
 constexpr const char* bodies = "\n[[body]]\nshape = {type = 'sphere', radius = 0.5}\nposition = [0, 0, 5]\n";
 
-// The same setting in any of the places is the same world, in the engine and in its recording.
+// The same setting in any of these places gives the same world, in the engine and in its recording.
 TEST(EngineSettings, AWorldIsTheSameWhereverASettingIsMade) {
   const Folder folder;
   const Scene plain = parse_scene(bodies, "plain.toml");
@@ -223,7 +223,7 @@ TEST(EngineSettings, APresetSetsAllThatItDecidesButForWhatIsSetBesideOrAfterIt) 
   EXPECT_TRUE(world.solver.warm_start);
   EXPECT_EQ(config.origin("simulator.solver"), "preset dissertation");
   EXPECT_EQ(config.origin("simulator.partition"), "--set");
-  // On a device it decides otherwise, whatever names the device and whenever.
+  // On a device the choice differs, however and whenever the device is named.
   config.give("simulator.device", "--device", [](Settings& s) { s.simulator.device = "host"; });
   EXPECT_EQ(config->simulator.kind, SimulatorKind::device);
   EXPECT_EQ(config.origin("simulator.kind"), "--device");

@@ -11,7 +11,7 @@
 #include "engine_fixture.hpp"
 #include "scene/environments.hpp"
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // of its allocator_interface.h, which gcc lacks
+extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // from its allocator_interface.h, which gcc lacks
 #endif
 
 namespace fathom::engine::test::engine_test {
@@ -91,7 +91,7 @@ TEST(EngineLoop, DuringTicksRunWhileTheSimulationDoes) {
   Engine engine(quiet_config());
   int met = 0;
   engine.world().spawn(ticking(TickPhase::during), [&](Entity&, const Tick& tick) {
-    // The step ends while the tick is still here, and the tick still sees the state before it.
+    // The step ends during the tick, and the tick still sees the state before it.
     tick.engine.simulation().wait_for(tick.step);
     EXPECT_EQ(tick.engine.world().state()->step, tick.step - 1);
     ++met;
@@ -514,7 +514,7 @@ TEST(EngineModes, AsyncGivesUpTimeRatherThanSpiralling) {
   Config config = quiet_config();
   for (const char* set : {"simulator.mode=async", "loop.time=wall", "loop.pacing=fixed", "loop.rate=200"})
     config.set(set);
-  config.set("simulator.dt=0.000001");  // no machine keeps up
+  config.set("simulator.dt=0.000001");  // no machine can keep up
   Engine engine(config);
   const EntityId id = engine.world().spawn(falling_cube({0, 0, 0}));
   for (int i = 1; i < 64; ++i) engine.world().spawn(falling_cube({2.0f * static_cast<float>(i), 0, 0}));
@@ -527,7 +527,7 @@ TEST(EngineModes, AsyncGivesUpTimeRatherThanSpiralling) {
 }
 
 TEST(EngineModes, GameAndSimulationHammerEachOther) {
-  // For the thread sanitizer: everything that may be called while the simulation runs.
+  // For the thread sanitizer: everything that may be called during simulation.
   for (const char* mode : {"lockstep", "ahead", "async"}) {
     Config config = quiet_config();
     config.set(std::string("simulator.mode=") + mode);
@@ -557,12 +557,12 @@ TEST(EngineModes, GameAndSimulationHammerEachOther) {
   }
 }
 
-// Hours of simulated time: bodies come and go, timers, data and states are reused. CI gives it seconds; the environment
-// variable FATHOM_SOAK_SECONDS gives it more.
+// Hours of simulated time: bodies come and go; timers, data and states are reused. CI runs it for seconds; the
+// environment variable FATHOM_SOAK_SECONDS extends it.
 TEST(EngineSoak, MemoryDoesNotGrow) {
   const auto used = [] {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    // The sanitizers keep what is freed for a while, and notes of their own.
+    // The sanitizers retain freed memory for a while, and their own records.
     return __sanitizer_get_current_allocated_bytes();
 #else
     std::ifstream file("/proc/self/statm");

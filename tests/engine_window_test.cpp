@@ -1,4 +1,4 @@
-// The engine's window. Needs a display: `viewer.engine_window` brings Xvfb.
+// The engine's window. Needs a display: `viewer.engine_window` provides Xvfb.
 #include "viewer/engine_window.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The four environments keep their promises of quality over 30 s (1,800 steps), sleeping off.
+// The four environments meet their quality limits over 30 s (1,800 steps), sleeping off.
 #include <gtest/gtest.h>
 
 #include "scene/environments.hpp"
@@ -51,7 +51,7 @@ TEST(EnvironmentQuality, LayersComeToRest) {
   }
 }
 
-// A tower of 150 m comes down; nothing is pushed through the ground on the way.
+// A tower of 150 m collapses; nothing is pushed through the ground on the way.
 TEST(EnvironmentQuality, CollapsingTowerStaysAboveTheGround) {
   const Quality q = simulate(layers(10000), 500);
   EXPECT_EQ(q.bodies_below_ground, 0u);

@@ -1,4 +1,4 @@
-// The built-in environments are exactly the published ones, and runs of them are repeatable.
+// The built-in environments are exactly the published ones, and their runs are repeatable.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -128,8 +128,8 @@ TEST(Environment, DriftFillsACubeAtRandom) {
 }
 
 TEST(Environment, DriftTurnsUniformly) {
-  // The square of each component of a uniform random unit quaternion has mean ¼ and variance 1/16·…: a cube's
-  // axis turned by it is uniform on the sphere, so that each squared coordinate has mean ⅓.
+  // The square of each component of a uniform random unit quaternion has mean ¼ and variance 1/16·…: a cube's axis
+  // rotated by it is uniform on the sphere, so that each squared coordinate has mean ⅓.
   const int n = 20000;
   Vec3 squares;
   for (const BodyDef& body : drift(n).bodies) {
@@ -226,11 +226,11 @@ TEST(Environment, WallsOfBricksStandUntilTheBallsCome) {
       float most = 0;
       for (std::size_t i = 1; i <= bricks; ++i) {
         const Vec3 moved = world.poses()[i].position - scene.bodies[i].pose.position;
-        most = std::max(most, std::hypot(moved.x, moved.y));  // courses sink into each other as they take their load
+        most = std::max(most, std::hypot(moved.x, moved.y));  // courses sink into each other under their load
       }
       return most;
     };
-    // The balls fly 8.5 m and more at half a metre a step.
+    // The balls fly 8.5 m or more at half a metre per step.
     for (int i = 0; i < 15; ++i) world.step();
     EXPECT_LT(farthest(), 0.05f) << scene.name;
     for (int i = 0; i < 60; ++i) world.step();
@@ -291,7 +291,7 @@ TEST(Quality, MeasuresWhatMoved) {
   EXPECT_NEAR(q.displacement_max, 1.1, 1e-6);
   EXPECT_NEAR(q.top_drop, 0.5, 1e-6);
   EXPECT_EQ(q.bodies_below_ground, 1u);
-  // ½·1·2² + ½·⅙·6², of five bodies.
+  // ½·1·2² + ½·⅙·6², over five bodies.
   EXPECT_NEAR(q.kinetic_energy_per_body, (2.0 + 3.0) / 5, 1e-6);
 }
 

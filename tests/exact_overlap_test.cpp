@@ -1,4 +1,4 @@
-// The validation suite's own measure of overlap, beside depths that are known or found by trying directions.
+// The validation suite's own measure of overlap, against depths that are known or found by trying directions.
 #include "validate/exact_overlap.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using test::box_hull;
 
 Pose at(Vec3 position, Quat rotation = {}) { return {position, 0, rotation}; }
 
-/// The same both ways.
+/// The same in both orders.
 double depth(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
   const double there = overlap_depth({a, pa}, {b, pb}), back = overlap_depth({b, pb}, {a, pa});
   EXPECT_NEAR(there, back, 1e-12 * (1 + there));
@@ -58,7 +58,7 @@ TEST(ExactOverlap, Polyhedra) {
     EXPECT_NEAR(depth(block, at({}), block, at({0.5f, 0.25f, 1.9f})), 0.1, 1e-7);
     EXPECT_EQ(depth(block, at({}), block, at({0.5f, 0.25f, 2.1f})), 0);
     EXPECT_NEAR(depth(block, at({}), block, at({})), 2, 1e-12);
-    // A turned one's edge reaches 0.1 into the other's face.
+    // A rotated one's edge reaches 0.1 into the other's face.
     const float reach = std::sqrt(2.0f);
     EXPECT_NEAR(depth(block, at({}), block, at({reach + 0.9f, 0, 0}, about_z(0.7853981633974483))), 0.1, 1e-6);
   }
@@ -75,7 +75,7 @@ double reach(const Solid& solid, Vec3d direction) {
   return most + solid.radius;
 }
 
-// No direction separates the shapes by less than the depth, and some of many separates them by little more.
+// No direction separates the shapes by less than the depth, and some of many need little more.
 TEST(ExactOverlap, NoDirectionOverlapsLess) {
   Random random(3);
   const auto unit = [&] {

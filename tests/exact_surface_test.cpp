@@ -1,4 +1,4 @@
-// The validation suite's own measure of what lies in or below a surface, beside depths and heights that are known.
+// The validation suite's own measure of what lies in or below a surface, against known depths and heights.
 #include "validate/exact_surface.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ double depth(const Shape& surface, const Pose& pose, const Shape& shape, const P
   return depths_in(*surface.surface, pose, {&solid, 1})[0];
 }
 
-/// Level, 10 m wide, of 50 triangles, no vertex in the middle.
+/// Level, 10 m wide, with 50 triangles and no vertex in the middle.
 Shape plane() {
   return test::grid_mesh(5, 5, [](float, float) { return 0.0f; });
 }
@@ -56,7 +56,7 @@ TEST(ExactSurface, BodiesOverAnEdge) {
   // A ball beside the ridge is as deep as in the slope alone.
   const float root = std::sqrt(0.5f);
   EXPECT_NEAR(depth(ridge, at({}), sphere(0.5f), at({1 + 0.25f * root, 0, -1 + 0.25f * root})), 0.25, 1e-6);
-  // A box beside the end of the plane, 5 cm over it.
+  // A box beside the end of the plane, overlapping it by 5 cm.
   EXPECT_NEAR(depth(plane(), at({}), box({1, 1, 1}), at({5.95f, 0, 0})), 0.05, 1e-6);
   EXPECT_EQ(depth(plane(), at({}), box({1, 1, 1}), at({6.01f, 0, 0})), 0);
 }
@@ -106,7 +106,7 @@ TEST(ExactSurface, HeightsOverASlope) {
     }
   EXPECT_FALSE(ground.height_over(at({}), {3.1, 0, 0}).has_value());
   EXPECT_FALSE(ground.height_over(at({}), {0, -3.1, 0}).has_value());
-  // Turned by a quarter about x and moved: z of the surface is −y.
+  // Rotated by a quarter turn about x and moved: z of the surface is −y.
   EXPECT_NEAR(ground.height_over(at({1, 2, 3}, lying), {1, 0, 3}).value(), 2, 1e-5);
 }
 

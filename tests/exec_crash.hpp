@@ -1,5 +1,5 @@
-// What happens when a kernel crashes on a GPU. It takes the device from the whole program, so each test is a program of
-// its own (a death test); on processors the program would end, so it is for GPUs alone.
+// Kernels that crash on a GPU. This disables the device for the whole program, so each test is a separate program (a
+// death test); on processors the program would end, so it is for GPUs only.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ void write_nowhere(D& device) {
   device.fill(static_cast<std::uint32_t*>(nullptr) + 16, 1, 1u);
 }
 
-/// Exits with 0 if the crash is reported by the line that waits and the program goes on.
+/// Exits with 0 if the waiting line reports the crash and the program continues.
 template <class D>
 void crash_and_exit(void (*crash)(D&)) {
   const auto device = make_device<D>();

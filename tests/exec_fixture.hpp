@@ -1,4 +1,4 @@
-// What the tests of the execution layer share: two suites, exec_suite.hpp and exec_queue_suite.hpp, for every device.
+// Shared by the tests of the execution layer: two suites, exec_suite.hpp and exec_queue_suite.hpp, for every device.
 // exec_test.cpp runs them on the host, exec_cuda_test.cu on CUDA, exec_sycl_test.cpp through SYCL.
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace fathom::exec::test {
 
-/// How the suite gets a device; null where the machine has none, then tests are skipped.
+/// How the suite gets a device; null if the machine has none, which skips the tests.
 template <class D>
 std::unique_ptr<D> make_device();
 
@@ -49,7 +49,7 @@ std::vector<T> random_numbers(std::size_t n, std::uint64_t below, std::uint32_t 
   return numbers;
 }
 
-/// Sends a vector to the device; `spare` more items hold zeros.
+/// Sends a vector to the device, followed by `spare` zeros.
 template <class T>
 Buffer<T> to_device(auto& device, const std::vector<T>& items, std::size_t spare = 0) {
   Buffer<T> buffer(device, items.size() + spare);
@@ -78,10 +78,10 @@ struct Triple {
   FATHOM_HD void operator()(std::uint32_t i) const { out[i] = 3 * in[i] + i; }
 };
 
-/// Phase p adds to each of its items what its neighbour had after phase p−1: wrong unless phases follow each other.
+/// Phase p adds to each of its items its neighbour's value after phase p−1: wrong unless phases run in sequence.
 struct Neighbours {
   const std::uint32_t* phase_count;
-  std::uint32_t* values;  // one row a phase
+  std::uint32_t* values;  // one row per phase
   std::uint32_t width;
   FATHOM_HD std::uint32_t phases() const { return *phase_count; }
   FATHOM_HD std::uint32_t items(std::uint32_t phase) const { return width - phase - 1; }

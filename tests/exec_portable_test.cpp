@@ -1,4 +1,4 @@
-// The primitives that are written as group kernels, run on the host by the whole suite. SYCL uses them.
+// The primitives written as group kernels, which SYCL uses, run on the host through the whole suite.
 #include "exec/host/host_device.hpp"
 #include "exec/portable/radix_sort.hpp"
 #include "exec_queue_suite.hpp"

@@ -1,5 +1,5 @@
 // What every back end of the execution layer must do with submissions: graphs, events, copies beside the queue, and
-// what it refuses. Instantiated like exec_suite.hpp.
+// what it rejects. Instantiated like exec_suite.hpp.
 #pragma once
 
 #include <thread>

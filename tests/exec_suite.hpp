@@ -1,5 +1,5 @@
 // What every back end of the execution layer must do with kernels and primitives, each compared with the standard
-// library. A program includes it and instantiates it for its device, after giving make_device.
+// library. A program includes it and, after defining make_device, instantiates it for its device.
 #pragma once
 
 #include <cstring>
@@ -147,7 +147,7 @@ TYPED_TEST_P(ExecTest, AtomicsLoseNothing) {
   for (std::uint32_t i = 0; i < n; ++i) ASSERT_EQ(taken[i], i) << "each slot is taken once";
 }
 
-/// Sorts 512 numbers a group in local memory, and counts with private values how often items swapped.
+/// Sorts 512 numbers per group in local memory, and counts swaps in private variables.
 struct BitonicSort {
   static constexpr std::uint32_t group_size = 256;
   static constexpr std::uint32_t tile = 512;
@@ -155,7 +155,7 @@ struct BitonicSort {
     std::uint32_t numbers[tile];
   };
   std::uint32_t* numbers;
-  std::uint32_t* swaps;  // one a group
+  std::uint32_t* swaps;  // one per group
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     std::uint32_t* const mine = numbers + group.index() * tile;
@@ -230,7 +230,7 @@ TYPED_TEST_P(ExecTest, BroadcastSteersLoopsOfAGroup) {
   EXPECT_EQ(to_host(this->device(), out), expected);
 }
 
-/// Sections in loops inside loops, some of which run no round, with conditions around them.
+/// Sections in nested loops, some of which have no iterations, with conditions around them.
 struct NestedSections {
   static constexpr std::uint32_t group_size = 64;
   struct Local {
@@ -298,9 +298,9 @@ struct Butterfly {
   static constexpr std::uint32_t plan_parts = 1, group_size = 64;
 
   Quad* quads;
-  const std::uint32_t* salts;  ///< one a pair
+  const std::uint32_t* salts;  ///< one per pair
   std::uint32_t pairs, max_phases;
-  bool by_data;  ///< where the device can, pairs wait for their quads alone
+  bool by_data;  ///< if the device supports it, pairs wait only for their quads
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.phases = max_phases; }
   FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.phases; }
@@ -353,8 +353,8 @@ TYPED_TEST_P(ExecTest, ItemsOfPhasesMayWaitForWhatTheyRead) {
   }
 }
 
-/// Rounds of three phases: item i of the second and the third reads from its neighbour within the same 32, that of the
-/// first from the next 32.
+/// Rounds of three phases: item i of the second and the third reads from its neighbour within the same 32, item i of
+/// the first from the next 32.
 struct WarpRounds {
   struct Plan {
     std::uint32_t items;
@@ -363,7 +363,7 @@ struct WarpRounds {
   using Cursor = std::uint32_t;
   static constexpr std::uint32_t plan_parts = 1, group_size = 96;
 
-  std::uint32_t* values;  ///< one row a phase, the first given
+  std::uint32_t* values;  ///< one row per phase, the first given
   std::uint32_t width, rounds;
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.items = width; }
@@ -436,7 +436,7 @@ TYPED_TEST_P(ExecTest, SortTakesItsCountFromTheDevice) {
     expect_sorted_like_the_standard_library<std::uint32_t>(this->device(), n, 2 * n + 5, 1u << 20, 20);
     expect_sorted_like_the_standard_library<std::uint64_t>(this->device(), n, 2 * n + 5, std::uint64_t{1} << 42, 42);
   }
-  // Keys of all ones stay before what pads the capacity.
+  // Keys with all bits set sort before the padding of the capacity.
   expect_sorted_like_the_standard_library<std::uint32_t>(this->device(), 5000, 9000, 2, 1);
 }
 
@@ -546,11 +546,11 @@ TYPED_TEST_P(ExecTest, FloatsHaveTheHostsBits) {
   std::vector<float> expected(n);
   for (std::uint32_t i = 0; i < n; ++i) Roundings{x.data(), expected.data()}(i);
   EXPECT_EQ(result, expected);
-  // What the host makes of the sum, whose shape is part of the interface.
+  // What the host computes for the sum, whose order is part of the interface.
   EXPECT_EQ(to_host(this->device(), sum)[0], 0x1.e8880ap+29f);
 }
 
-/// Counts the numbers of each stretch whose root, squared, lies on the wrong side of its neighbours' midpoints.
+/// Counts the numbers of each stretch whose root is wrong: squared, they lie beyond its neighbours' midpoints.
 struct WrongRoots {
   static constexpr std::uint32_t stretch = 4096;
   std::uint32_t first;
@@ -570,7 +570,7 @@ struct WrongRoots {
 };
 
 TYPED_TEST_P(ExecTest, RootsOfAllMantissasAreCorrectlyRounded) {
-  // [1, 4): every mantissa with an even and an odd exponent; then the smallest normal numbers and the largest.
+  // [1, 4): every mantissa with an even and an odd exponent; then the smallest and largest normal numbers.
   for (const std::uint32_t first : {0x3f800000u, 0x40000000u, 0x00800000u, 0x7f000000u}) {
     Buffer<std::uint32_t> wrong = to_device(this->device(), std::vector{0u});
     this->device().parallel_for((1u << 23) / WrongRoots::stretch, WrongRoots{first, wrong.data()});

@@ -9,7 +9,7 @@
 
 namespace fathom::exec::test {
 
-// More threads than this machine has cores: chunks change hands.
+// More threads than this machine has cores: threads steal chunks.
 template <>
 std::unique_ptr<HostDevice> make_device<HostDevice>() {
   return std::make_unique<HostDevice>(4);

@@ -1,5 +1,4 @@
-// Bodies that move by a good part of their size within a step: they stop at what they meet, and leave alone what they
-// pass.
+// Bodies that move by much of their size within a step: they stop at what they hit, and do not affect what they pass.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -59,7 +58,7 @@ TEST(FastPairs, ABodyMayBecomeABulletAndIsOneAfterARestore) {
     World copy(def);
     copy.restore(bytes);
     EXPECT_TRUE(copy.is_bullet(id));
-    // A plate of 2 mm that gives way: what is no bullet may come out behind it.
+    // A movable plate of 2 mm: a body that is not a bullet may end up behind it.
     const auto ends_in_front = [&](World& in) {
       BodyDef plate{.shape = box({0.001f, 1, 1})};
       plate.pose.position = {2.3f, 0, 0};
@@ -133,7 +132,7 @@ TEST(FastPairs, HitsOnFreeBodiesKeepMomentumAndAddNoEnergy) {
       }
       if (step == 0) start = momentum, energy_at_first = energy;
       EXPECT_LE(energy, (1 + 1e-5) * energy_at_first) << "seed " << seed << " step " << step;
-      // Of 1,000 shots the worst was off by 8.7e-4 before anything was held back, too.
+      // In 1,000 shots the largest error is 8.7e-4, even with nothing held back.
       EXPECT_LE(length(momentum - start), 1e-3 * scale) << "seed " << seed << " step " << step;
       range.world.step();
     }
@@ -151,7 +150,8 @@ TEST(FastPairs, ShotsAtFreeBodiesAreTheSameOnAnyNumberOfThreads) {
   }
 }
 
-// The least separation over steps that a cube of 6 cm, shot along (1, 0, −1) at a crate of 1 m, has from any place.
+// The least separation over the steps of a cube of 6 cm, shot along (1, 0, −1) at a crate of 1 m from various
+// positions.
 TEST(FastPairs, CubesShotAtTheEdgeOfACrateStayOutside) {
   for (const float speed : {30.0f, 100.0f, 200.0f})
     for (int i = 0; i < 60; ++i) {
@@ -178,8 +178,8 @@ TEST(FastPairs, CubesShotAtTheEdgeOfACrateStayOutside) {
     }
 }
 
-/// Discs, plates and rods of 1 to 30 mm, some as thin as 20 µm, that come down spinning on a floor of 2 cm, which they
-/// could all pass within a step.
+/// Discs, plates and rods of 1 to 30 mm, some as thin as 20 µm, that fall spinning on a floor of 2 cm, which they could
+/// all pass within a step.
 BodyDef falling_disc(Generator& random, int kind) {
   const float radius = 0.001f * std::pow(30.0f, uniform(random, 0, 1));
   const float half = radius * std::pow(50.0f, uniform(random, -1, 0));
@@ -239,7 +239,7 @@ TEST(FastPairs, AnElasticBallKeepsItsSpeedOffAWallWhereverInAStepItMeetsIt) {
   }
 }
 
-// A slab of tiles laid edge to edge: what slides over their seams is not stopped by them.
+// A slab of tiles laid edge to edge: bodies sliding over their seams are not stopped by them.
 TEST(FastPairs, SeamsOfTilesDoNotStopWhatSlidesFastOverThem) {
   World world(quiet_world());
   for (int i = 0; i < 60; ++i) {
@@ -262,7 +262,8 @@ TEST(FastPairs, SeamsOfTilesDoNotStopWhatSlidesFastOverThem) {
   }
 }
 
-// A bound that creeps shows nothing within a step: tumbling hulls that stay a centimetre apart pass, and are found to.
+// A slowly growing bound proves nothing within a step: tumbling hulls that stay a centimetre apart pass, and are found
+// to.
 TEST(FastPairs, WhatTurnsBesideAnotherIsFoundToPass) {
   std::mt19937 random(11);
   std::uniform_real_distribution<float> unit(-1, 1);
@@ -277,7 +278,7 @@ TEST(FastPairs, WhatTurnsBesideAnotherIsFoundToPass) {
     const Mover b{shape, radius, {1.2f * away, 0, {}}, {vector(5), 0, vector(20), 0}};
     const NearCores cores = near_cores(a, b, dt, skin);
     const Impact impact = first_impact(a, b, cores, dt, skin, away);
-    // Against the gap of many moments.
+    // Against the gap at many moments.
     float meets = 2 * dt;
     for (int k = 0; k <= 200 && meets > dt; ++k) {
       const float time = dt * static_cast<float>(k) / 200;
@@ -291,10 +292,10 @@ TEST(FastPairs, WhatTurnsBesideAnotherIsFoundToPass) {
     }
     crept += impact.meets && impact.gap > skin;
   }
-  EXPECT_LE(crept, 10);  // the search ended before it knew
+  EXPECT_LE(crept, 10);  // the search ended without a result
 }
 
-// Of a point outside a box the distance is known: the bound must not exceed it and be as good as it.
+// The distance of a point from a box is known: the bound must not exceed it, and must be as good.
 TEST(FastPairs, TheGapOfAPointAndABoxIsItsDistance) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);

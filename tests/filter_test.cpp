@@ -1,4 +1,5 @@
-// Who collides: categories and masks of 64 bits, groups, excluded pairs, on every simulator; contacts of one body.
+// Which bodies collide: categories and masks of 64 bits, groups, excluded pairs, on every simulator; contacts of a
+// body.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -15,7 +16,7 @@ using testing::ElementsAre;
 class Filters : public OfJointWorlds {};
 INSTANTIATE_TEST_SUITE_P(Simulators, Filters, testing::ValuesIn(joint_worlds), joint_world_name);
 
-/// Whether a cube with the one filter rests on a plate with the other.
+/// Whether a cube with one filter rests on a plate with the other.
 bool collide(const WorldDef& def, const Filter& on_top, const Filter& below) {
   World world(def);
   BodyDef plate = ground();
@@ -94,7 +95,7 @@ TEST_P(Filters, ExcludedPairsPassAndComeBack) {
   EXPECT_THROW(world.exclude(below, below), Error);
   world.remove(above);
   EXPECT_THROW(world.exclude(below, above), Error);
-  // Another body in the slot of one that is gone is not excluded.
+  // Another body in a removed body's slot is not excluded.
   const BodyId next = world.add(cube({4, 0, 1.01f}));
   EXPECT_EQ(next.index, above.index);
   EXPECT_FALSE(world.is_excluded(plate, next));

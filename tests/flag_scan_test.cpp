@@ -1,4 +1,4 @@
-// Bodies with a flag, found among many without.
+// Finds bodies with a flag among many without.
 #include "native/flag_scan.hpp"
 
 #include <gtest/gtest.h>

@@ -33,8 +33,8 @@ double turned(const World& world, BodyId id) {
   return 2 * std::atan2(static_cast<double>(q.z), static_cast<double>(q.w));
 }
 
-// A plank that carries most of its load on one end and slides sideways does not turn: gravity and friction act at the
-// same place. It stops after v²/2µg with all that it carries.
+// A plank with most of its load at one end does not turn when it slides sideways: gravity and friction act at the same
+// point. It stops after v²/2µg with everything it carries.
 TEST_P(FrictionPatch, ALoadOnOneEndDoesNotTurnAPlank) {
   Generator random{5};
   for (int trial = 0; trial < 12; ++trial) {
@@ -52,22 +52,22 @@ TEST_P(FrictionPatch, ALoadOnOneEndDoesNotTurnAPlank) {
     BodyDef cargo = dynamic(box({block, block, block}), {end * (half.x - block), 0, 0.5f + 2 * half.z + block}, load);
     cargo.material = {1, 0};
     const BodyId ids[] = {world.add(plank), world.add(cargo)};
-    for (int i = 0; i < 20; ++i) world.step();  // the load settles
+    for (int i = 0; i < 20; ++i) world.step();  // lets the load settle
     const Vec3 start = world.pose(ids[0]).position;
     const Vec3 velocity = speed * Vec3{std::cos(angle), std::sin(angle), 0};
     for (const BodyId id : ids) world.set_velocity(id, velocity, {});
     const int steps = static_cast<int>(1.2f * speed / (mu * 9.81f * def.dt)) + 20;
     for (int i = 0; i < steps; ++i) world.step();
     const auto way = static_cast<double>(speed * speed / (2 * mu * 9.81f));
-    // A substep's error at the start and at the end.
+    // An error of one substep at the start and at the end.
     const double slack = 0.04 * way + static_cast<double>(speed * def.dt);
     EXPECT_NEAR(length(world.pose(ids[0]).position - start), way, slack) << "trial " << trial;
     EXPECT_NEAR(turned(world, ids[0]), 0, 0.02) << "trial " << trial << ", load " << load << " at " << end;
   }
 }
 
-/// A square of half length `half` under uniform pressure that slides at `speed` and spins at `spin`: where Coulomb's
-/// friction, summed over 32 × 32 parts, brings it. Returns how far it gets and how far it turns.
+/// Coulomb friction on a square of half length `half` under uniform pressure, starting at `speed` and `spin`, summed
+/// over 32 × 32 parts. Returns how far it slides and how far it turns.
 std::array<double, 2> slid_and_spun(double half, double speed, double spin, double mu) {
   constexpr int parts = 32;
   constexpr double h = 1e-4, g = 9.81;
@@ -89,8 +89,8 @@ std::array<double, 2> slid_and_spun(double half, double speed, double spin, doub
   return way;
 }
 
-// What slides and spins is braked less along its way than what only slides. Its twist has the whole limit, so it turns
-// less far than it should (docs/solver.md).
+// A body that slides and spins is braked less along its path than one that only slides. Its twist has the whole limit,
+// so it turns less far than it should (docs/solver.md).
 TEST_P(FrictionPatch, SlidingAndSpinningShareTheCone) {
   constexpr double mu = 0.5;
   for (const auto& [speed, spin] : {std::tuple(3.0, 0.0), {3.0, 3.0}, {3.0, 8.0}, {1.0, 8.0}, {0.2, 8.0}}) {
@@ -117,7 +117,7 @@ TEST_P(FrictionPatch, SlidingAndSpinningShareTheCone) {
   }
 }
 
-/// A box that something holds at `speed` (m/s, upward).
+/// A box that is held at `speed` (m/s, upward).
 BodyDef finger(float x, float speed, MotionType motion, float friction) {
   BodyDef def = dynamic(box({0.02f, 0.1f, 0.1f}), {x, 0, 2}, 0.2f);
   def.motion = motion;
@@ -127,7 +127,7 @@ BodyDef finger(float x, float speed, MotionType motion, float friction) {
   return def;
 }
 
-// A plank is pressed with 15 N against a wall that begins to rise: what slips a little at first has to stick again.
+// A plank is pressed with 15 N against a wall that begins to rise: after slipping a little it has to stick again.
 TEST_P(FrictionPatch, AWallTakesAlongWhatIsPressedAgainstIt) {
   for (const float off : {0.0f, 0.02f, 0.05f}) {
     World world(world_of(GetParam()));
@@ -150,8 +150,8 @@ TEST_P(FrictionPatch, AWallTakesAlongWhatIsPressedAgainstIt) {
   }
 }
 
-// Two fingers that rise with a plank between them, its centre beside them. One presses with 15 N: the weight takes a
-// half of what both can give, the twist a quarter.
+// Two fingers rise with a plank between them, whose centre is beside them. One presses with 15 N: the weight takes half
+// of what both can exert, the twist a quarter.
 TEST_P(FrictionPatch, AGripHolds) {
   if (GetParam() == std::string("cells")) GTEST_SKIP() << "has no joints";
   for (const float off : {0.0f, 0.03f, 0.06f}) {

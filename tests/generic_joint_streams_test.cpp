@@ -1,4 +1,4 @@
-// Generic and distance joints that come, change and go: the same bits however a stream of them runs.
+// Generic and distance joints that come, change and go: the same bits however their stream runs.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -14,7 +14,7 @@ namespace {
 class GenericJointStreams : public OfJointWorlds {};
 INSTANTIATE_TEST_SUITE_P(Simulators, GenericJointStreams, testing::ValuesIn(joint_worlds), joint_world_name);
 
-/// Pairs of bodies over the ground with joints of all types, some of which change with every step.
+/// Pairs of bodies over the ground with joints of all types, some of which change in every step.
 struct GenericStream {
   Generator random;
   World world;
@@ -44,7 +44,7 @@ struct GenericStream {
     const BodyId a = bodies[random() % bodies.size()], b = bodies[random() % bodies.size()];
     if (a == b || (!(world.mass(a) > 0) && !(world.mass(b) > 0))) return;
     const auto point = [&] { return Vec3{uniform(random, -0.3f, 0.3f), 0.2f, uniform(random, -0.3f, 0.3f)}; };
-    // B's frame is where A's is, now.
+    // B's frame coincides with A's current one.
     world.wait();
     const Pose on_a{.position = point(), .rotation = axis_angle(point(), 1)}, &at_a = world.pose(a),
                                                                               &at_b = world.pose(b);
@@ -126,7 +126,7 @@ TEST_P(GenericJointStreams, ARestoredWorldGoesOnBitForBit) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     GenericStream stream(seed, seed % 2 ? GetParam().sleepy() : GetParam().quiet());
     for (int i = 0; i < 40; ++i) stream.step();
-    // Changes that wait for the next step are part of it.
+    // Changes that wait for the next step are included.
     for (int i = 0; i < 5; ++i) stream.join(), stream.change();
     std::vector<std::byte> bytes;
     stream.world.save(bytes);
@@ -149,7 +149,7 @@ TEST_P(GenericJointStreams, ARestoredWorldGoesOnBitForBit) {
   }
 }
 
-// A slot that another kind of joint had, and a world whose first joints are all of one kind.
+// A slot used before by another kind of joint, and a world whose first joints are all of one kind.
 TEST_P(GenericJointStreams, SlotsAreUsedAgain) {
   World world(GetParam().quiet());
   const BodyId top = add_anchor(world, {0, 0, 5});

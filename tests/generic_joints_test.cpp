@@ -1,4 +1,4 @@
-// Generic and distance joints on every simulator: what is locked, limits, drives and springs, and their definitions.
+// Generic and distance joints on every simulator: locked axes, limits, drives and springs, and their definitions.
 // Bounds hold for sweeps as well as for a direct solution.
 #include <gmock/gmock.h>
 
@@ -96,7 +96,7 @@ TEST_P(GenericJoints, LimitsHoldWhateverTheSpeed) {
       constexpr float beyond = 0.05f * pi_f / 180;
       EXPECT_LT(most, 1 + beyond);
       EXPECT_GT(least, -0.7f - beyond);
-      // The angle is that of B against A.
+      // The angle is that of B relative to A.
       const bool goes_up = swapped ? rate < 0 : rate > 0;
       EXPECT_NEAR(goes_up ? most : least, goes_up ? 1 : -0.7f, beyond);
       EXPECT_LT(std::abs(world.velocity(hinge.rod).angular.x), 1e-3f);
@@ -145,7 +145,7 @@ TEST_P(GenericJoints, APositionMotorHoldsWithAnyGain) {
     const float angle = hinge.angle(world), torque = 9.81f * 0.5f * std::cos(angle);
     EXPECT_NEAR(angle, 0.5f - torque / stiffness, 1e-3f) << stiffness;
     EXPECT_NEAR(world.reaction(hinge.joint).torque.x, torque, 0.02f * torque) << stiffness;
-    // In a direct solution what hangs on a drive is told with half a substep of gravity, but does not move.
+    // In a direct solution a body held by a drive reports half a substep of gravity, but does not move.
     const float fall = 0.5f * 9.81f / Hinged::inertia / 240;
     EXPECT_LT(length(world.velocity(hinge.rod).angular), 0.5f * fall) << stiffness;
     run(world, 60);
@@ -273,7 +273,7 @@ TEST_P(GenericJoints, ASliderOfFreeBodiesKeepsItsMomentum) {
   EXPECT_GT(length(world.pose(b).position - world.pose(a).position), 2) << "it slides out";
 }
 
-// What an axis gave before it was freed, or its drive switched off, acts no more.
+// The impulse of an axis before it was freed, or its drive switched off, is not applied again.
 TEST_P(GenericJoints, ChangesActAtOnce) {
   World world = make(weightless);
   const Hinged hinge(world, [](JointAxis& twist) { twist.drive_velocity(5, 0.5f); });

@@ -1,5 +1,5 @@
-// Random heaps: the seed decides everything, they are of every kind, and what must hold holds in each of sixty, and in
-// ten on surfaces.
+// Random heaps: the seed determines everything, all kinds occur, and the properties that must hold hold in each of
+// sixty, and in ten on surfaces.
 #include "scene/heap.hpp"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST(Heap, BodiesOfAStreamLeaveAndComeBack) {
   EXPECT_EQ(stream.due(turns * (stream.sources.size() + 1)), stream.first);
 }
 
-/// Some seeds one after the other, so that the test's program runs several such at the same time.
+/// A few seeds one after the other, so that several instances of the test run at the same time.
 class Heaps : public testing::TestWithParam<std::uint64_t> {};
 
 void expect_sound(const Heap& heap, std::uint64_t seed, const Setup& setup) {
@@ -139,13 +139,13 @@ INSTANTIATE_TEST_SUITE_P(Native, Heaps, testing::Range(std::uint64_t{1}, std::ui
 // A speck of 29 g between drums of up to 16 t: a patch whose points differ by hardly more than rounding.
 TEST(Heap, SharesOutLoadsOfPatchesThatAreNearlyPoints) { expect_sound(3079, {.threads = 1}); }
 
-// Fast bodies in the ground's surface with a load on them: held back from coming deeper, and forever from getting out.
+// Fast bodies in the ground's surface with a load on them: held back from going deeper, but not from getting out.
 TEST(Heap, LetsNobodyStayWhereItIsAgainstItsVelocity) {
   for (const std::uint64_t seed : {13, 119, 136}) expect_sound(seed, {.threads = 1});
 }
 
-// What slept under a load keeps the inertia that the load added: without it heaps threw bodies at up to 100 m/s as they
-// woke.
+// A body that slept under a load keeps the inertia that the load added: otherwise heaps throw bodies at up to 100 m/s
+// when they wake.
 TEST(Heap, WakesWithoutAJolt) {
   for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device}) {
     int asleep = 0;
@@ -199,7 +199,7 @@ TEST(SurfaceHeap, TheSeedDecidesEverything) {
   EXPECT_EQ(surfaces, (std::set<ShapeType>{ShapeType::mesh, ShapeType::height_field}));
 }
 
-/// The floor alone gives way to the ground.
+/// Only the floor is replaced by the ground.
 TEST(SurfaceHeap, HasTheBodiesOfTheHeapOfItsSeed) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Heap plain = make_heap(seed), heap = make_surface_heap(seed);
@@ -229,7 +229,7 @@ TEST(SurfaceHeap, BeginsAboveTheGround) {
     const Ground heights(*ground.shape.surface);
     for (const BodyDef& body : heap.scene.bodies) {
       if (body.motion != MotionType::dynamic) continue;
-      // What begins high over a slope is beside it as the slope sees it.
+      // A body that starts high above a slope is beside it in the slope's frame.
       EXPECT_GT(heights.height_over(ground.pose, to_double(body.pose.position)).value_or(1), 0) << seed;
     }
   }
@@ -263,7 +263,7 @@ TEST(Heap, JointsHoldNeighboursTogether) {
 
 class HeapsWithJoints : public testing::TestWithParam<std::uint64_t> {};
 
-// What is known to fail in some (docs/joints.md) is not asked; equal hashes are.
+// Checks known to fail in some (docs/joints.md) are skipped; hashes must be equal.
 TEST_P(HeapsWithJoints, AreSound) { expect_sound(make_joint_heap(GetParam()), GetParam(), {.threads = 1}); }
 INSTANTIATE_TEST_SUITE_P(Native, HeapsWithJoints, testing::Values(2, 3, 4, 5));
 
@@ -273,7 +273,7 @@ class HeapsOnSurfaces : public testing::TestWithParam<std::uint64_t> {};
 TEST_P(HeapsOnSurfaces, AreSound) { expect_sound(make_surface_heap(GetParam()), GetParam(), {.threads = 1}); }
 INSTANTIATE_TEST_SUITE_P(Native, HeapsOnSurfaces, testing::Values(2, 3, 4, 5, 7, 8, 9, 11, 12, 14));
 
-// Thin bodies that were pressed behind a triangle, ran an end into a slope or were held back over a turning floor.
+// Thin bodies that are pressed behind a triangle, run an end into a slope or are held back over a turning floor.
 TEST(SurfaceHeap, LosesNobodyThroughTheGround) {
   for (const std::uint64_t seed : {1, 47, 56, 96}) expect_sound(make_surface_heap(seed), seed, {.threads = 1});
 }
@@ -284,7 +284,7 @@ double outside(const Heap& heap, const Setup& setup) {
   return check != record.checks.end() ? check->value : -1;
 }
 
-// Thin bodies that joints drew through walls and floors.
+// Thin bodies that joints pull through walls and floors.
 TEST(JointHeap, LosesNobodyThroughWhatIsFixed) {
   for (const std::uint64_t seed : {162, 250, 419, 468})
     EXPECT_EQ(outside(make_joint_heap(seed), {.threads = 1}), 0) << seed;

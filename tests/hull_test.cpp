@@ -54,7 +54,7 @@ void expect_hull_of(const Hull& hull, const Cloud& cloud) {
   ASSERT_EQ(hull.face_edges().size(), planes.size());
   ASSERT_EQ(vertices.size() + planes.size(), edges.size() / 2 + 2) << "Euler's formula";
 
-  // Half-edges: twins run the other way in another face; every edge lies in exactly one face's loop.
+  // Half-edges: twins run in opposite directions in different faces; every edge is in exactly one face's loop.
   std::vector<int> degree(vertices.size(), 0);
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Hull::HalfEdge edge = edges[e], twin = edges[e ^ 1u];
@@ -92,7 +92,7 @@ void expect_hull_of(const Hull& hull, const Cloud& cloud) {
   ASSERT_EQ(visited.size(), edges.size());
 }
 
-/// A slow hull: the six-fold volume summed over all triples of points with no point above their plane. Right for
+/// A slow hull: six times the volume, summed over all triples of points with no point above their plane. Correct for
 /// clouds in general position, where all faces are triangles.
 double slow_volume(const Cloud& cloud) {
   const Vec3d origin = to_double(cloud[0]);

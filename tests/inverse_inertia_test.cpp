@@ -1,5 +1,5 @@
-// What an impulse does to a body of each kind of inertia, the coupled one of a body in water against direct solutions
-// in double precision: masses from a gram to a million tonnes, sizes from a centimetre to a kilometre.
+// The response of bodies with each kind of inertia to an impulse; the coupled kind of a body in water against direct
+// solutions in double precision: masses from a gram to a million tonnes, sizes from a centimetre to a kilometre.
 #include "dynamics/inverse_inertia.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace fathom::test::inverse_inertia_test {
 namespace {
 
-/// By Gauss and Jordan, with the largest pivot of each row's own scale.
+/// By Gauss–Jordan elimination, with the largest pivot relative to each row's scale.
 Mat6 direct_inverse(Mat6 m) {
   Mat6 inverse{};
   Vec6 unit;
@@ -98,7 +98,7 @@ TEST_F(InverseInertiaTest, TurnedWithTheBody) {
   }
 }
 
-// Where nothing couples, every kind answers as the others do.
+// Without coupling, every kind agrees with the others.
 TEST_F(InverseInertiaTest, KindsAgreeWhereTheyMeet) {
   for (int trial = 0; trial < 2000; ++trial) {
     const float mass = magnitude(-6, 6), inertia = magnitude(-6, 6);
@@ -116,7 +116,7 @@ TEST_F(InverseInertiaTest, KindsAgreeWhereTheyMeet) {
   }
 }
 
-// A contact's rows see what pushing does to coupled bodies, and its sweeps take energy and never give it.
+// A contact's rows see the response of coupled bodies, and its sweeps only remove energy.
 TEST_F(InverseInertiaTest, ContactRowsOfCoupledBodies) {
   for (int trial = 0; trial < 5000; ++trial) {
     const float size = magnitude(-2, 2);
@@ -158,7 +158,8 @@ TEST_F(InverseInertiaTest, ContactRowsOfCoupledBodies) {
 
     const ContactStep step = contact_step(240, {}, 0);
     const auto still = [](Vec3 slide) { return slide; };
-    // Friction's limit grows with the load from sweep to sweep, so energy falls below what it began with, not in each.
+    // Friction's limit grows with the load from sweep to sweep, so energy falls below its initial value, but not in
+    // each sweep.
     const double at_start = energy();
     for (int sweep = 0; sweep < 4; ++sweep) {
       solve_points<ContactPass::relax, false>(rows, axes, bodies, step);

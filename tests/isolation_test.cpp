@@ -1,5 +1,5 @@
-// Bodies that have nothing to do with each other share vectors of lanes, blocks and groups. What happens to one must
-// not change a bit of another: or results would depend on the order, and with it on the number of threads.
+// Unrelated bodies share vectors of lanes, blocks and groups. What happens to one must not change a bit of another;
+// otherwise results would depend on the order, and with it on the number of threads.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -36,7 +36,7 @@ BodyDef any_body(std::mt19937& random, float x, int i) {
   return def;
 }
 
-/// Changes bodies of a station as they are defined, and acts on those that were added before every step.
+/// Changes bodies of a station as they are defined, and acts on them before every step.
 struct Disturbance {
   const char* name;
   std::function<void(BodyDef&)> define = [](BodyDef&) {};
@@ -83,7 +83,7 @@ struct State {
   Velocity velocity;
 };
 
-/// The states of all bodies but those of the disturbed station, after each of some steps.
+/// The states of all bodies outside the disturbed station, after each of some steps.
 std::vector<State> states_beside(const WorldDef& def, unsigned seed, int disturbed, const Disturbance* d) {
   World world(def);
   world.add(ground(0.6f));
@@ -114,7 +114,7 @@ std::string first_difference(const std::vector<State>& a, const std::vector<Stat
   return "";
 }
 
-// Not with cells: their size is the largest body's, and so the order of contacts depends on all.
+// Not with cells: their size is that of the largest body, and so the order of contacts depends on all bodies.
 class Isolation : public testing::TestWithParam<const char*> {
  protected:
   WorldDef definition() const {

@@ -1,4 +1,4 @@
-// Joints that break: when, how it is told, and that the same inputs give the same bits however events are read.
+// Joints that break: when, how it is reported, and that the same inputs give the same bits however events are read.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -45,7 +45,7 @@ TEST_P(BreakingJoints, BreakUnderMoreThanTheirTorque) {
   World world(GetParam().quiet());
   const BodyId wall = add_anchor(world, {0, 0, 5});
   const BodyId beam = world.add(dynamic(box({0.5f, 0.1f, 0.1f}), {0.5f, 0, 5}, 2));
-  // The fixed body is B: the torque is that on it.
+  // The fixed body is B: the torque is that on B.
   const JointId weld = world.add_joint(fixed_joint(beam, wall, {.position = {-0.5f, 0, 0}}, {}));
   world.set_joint_break(weld, unbreakable, 15);
   run(world, 120);
@@ -106,7 +106,7 @@ struct Bridge {
   }
 };
 
-/// All breaks of a run, and its states' hash.
+/// All breaks of a run, and its state hash.
 struct Outcome {
   std::vector<JointBreak> breaks;
   std::uint64_t hash = 0;
@@ -139,7 +139,7 @@ TEST_P(BreakingJoints, AreAlikeForAnyNumberOfThreads) {
   }
 }
 
-// Steps ahead: nothing is lost by reading late, and nothing depends on it.
+// Steps ahead: reading late loses nothing and changes nothing.
 TEST(BreakingJointsAhead, AreToldOnceAndDoNotDependOnReading) {
   for (unsigned seed = 0; seed < 4; ++seed) {
     WorldDef def = JointWorlds{"device", SimulatorKind::device}.quiet();

@@ -33,7 +33,7 @@ struct Turned {
   }
 };
 
-// A hinge becomes a slider with a motor, at once as by the functions for single parameters.
+// A hinge becomes a slider with a motor, at once, as with the functions for single parameters.
 TEST_P(JointChanges, AllAtOnceIsWhatTheyAreOneByOne) {
   Turned at_once(GetParam()), singly(GetParam());
   for (Turned* t : {&at_once, &singly}) {
@@ -88,7 +88,7 @@ TEST_P(JointChanges, JointsAreFoundByUserData) {
   EXPECT_THROW(t.world.find_joint(t.post, t.box, 5), Error);
 }
 
-// One rule for worlds and scene files (see scene_joints_test.cpp), and one text.
+// One rule for worlds and scene files (see scene_joints_test.cpp), with one message.
 TEST(JointRules, AxesWithoutLimitsHaveNoRestitutionAndLockedOnesNoArmature) {
   World world(quiet_world());
   const BodyId a = add_anchor(world, {}), b = world.add(dynamic(box({0.5f, 0.5f, 0.5f}), {0, 0, 3}));

@@ -1,4 +1,4 @@
-// What is eliminated of a link obeys its equations: momentum, what is locked, what drives give.
+// Elimination of a link satisfies its equations: momentum, locked axes, drives.
 #include "dynamics/joint_elimination.hpp"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST_F(JointElimination, KeepsMomentumAndFollowsWhatIsLockedOrDriven) {
     const Vec3 force = load.impulse + linear_of(f, impulse), moment = load.moment + angular_of(f, impulse);
     EXPECT_LT(distance(momentum, force), 2e-3f) << "trial " << trial;
     EXPECT_LT(distance(spin, moment + cross(arm, force)), 2e-3f) << "trial " << trial;
-    // And the parent feels the reverse.
+    // The parent receives the opposite.
     const TreeLoad handed = handed_on(link, f, reduced, error);
     JointVector felt;
     to_coordinates(f, handed.impulse, handed.moment, felt);

@@ -13,7 +13,7 @@ namespace {
 class JointLaws : public OfJointWorlds {};
 INSTANTIATE_TEST_SUITE_P(Simulators, JointLaws, testing::ValuesIn(joint_worlds), joint_world_name);
 
-/// A plane pendulum: θ'' = −k sin θ, by Runge and Kutta in double precision.
+/// A plane pendulum: θ'' = −k sin θ, by Runge–Kutta in double precision.
 struct ExactPendulum {
   double k, angle, rate = 0;
 
@@ -30,7 +30,7 @@ struct ExactPendulum {
   }
 };
 
-/// The largest error of a pendulum's angle over ten periods, as a part of its amplitude.
+/// The largest error of a pendulum's angle over ten periods, relative to its amplitude.
 double pendulum_error(const WorldDef& def, const Shape& shape, float arm, double amplitude) {
   World world(def);
   const BodyId top = add_anchor(world, {0, 0, 10});
@@ -65,7 +65,7 @@ TEST_P(JointLaws, PendulumsSwingAsTheyShould) {
 }
 
 struct Swing {
-  float least, most;  ///< J, energy, less that at first
+  float least, most;  ///< J, energy minus the initial energy
   float gap;          ///< m, at the end
 };
 
@@ -74,7 +74,7 @@ Swing double_pendulum(const WorldDef& def, Vec3 direction) {
   World world(def);
   const BodyId anchor = add_anchor(world, {});
   const Chain chain(world, anchor, {}, direction, 2);
-  world.exclude(anchor, chain.links[1]);  // which comes by
+  world.exclude(anchor, chain.links[1]);  // it passes by
   const float begin = energy(world);
   float least = begin, most = begin;
   for (int i = 0; i < 600; ++i) {
@@ -85,10 +85,10 @@ Swing double_pendulum(const WorldDef& def, Vec3 direction) {
   return {least - begin, most - begin, widest_gap(world)};
 }
 
-// A double pendulum's motion is chaotic, its energy is not.
+// A double pendulum's motion is chaotic, but its energy is constant.
 TEST_P(JointLaws, ADoublePendulumKeepsItsEnergy) {
   constexpr int starts = 15;
-  const float height = 9.81f * 2 * Chain::length;  // J, of the fall to the lowest place
+  const float height = 9.81f * 2 * Chain::length;  // J, of the fall to the lowest point
   for (int i = 0; i < starts; ++i) {
     const Vec3 direction = normalize(Vec3{1, 0, 0.005f * static_cast<float>(i)});
     const Swing swing = double_pendulum(GetParam().quiet(), direction);
@@ -98,7 +98,7 @@ TEST_P(JointLaws, ADoublePendulumKeepsItsEnergy) {
   }
 }
 
-/// How far (m) a body hangs below a fixed one, on a joint that is a spring of 2 Hz, with its twist free or limited.
+/// How far (m) a body hangs below a fixed one on a spring joint of 2 Hz, with its twist free or limited.
 float sag_of_spring(const WorldDef& def, AxisMode twist) {
   World world(def);
   const BodyId anchor = add_anchor(world, {});
@@ -115,7 +115,7 @@ float sag_of_spring(const WorldDef& def, AxisMode twist) {
   return -world.pose(body).position.z;
 }
 
-// Limits that are not reached take nothing of what a joint that is a spring holds.
+// Limits that are not reached take no load from a spring joint.
 TEST_P(JointLaws, ASpringHoldsItsLoadBesideALimit) {
   const float omega = 4 * std::numbers::pi_v<float>, sag = 9.81f / (omega * omega);
   for (const AxisMode twist : {AxisMode::free, AxisMode::limited})
@@ -138,7 +138,7 @@ TEST_P(JointLaws, AFreeChainKeepsItsMomentum) {
     }
     return sum;
   };
-  // The first step joins what has been pushed at random.
+  // The first step joins bodies with random velocities.
   const Velocity first = momentum();
   world.step();
   const Velocity begin = momentum();
@@ -149,7 +149,7 @@ TEST_P(JointLaws, AFreeChainKeepsItsMomentum) {
   EXPECT_LT(length(end.angular - begin.angular), 0.03f * length(begin.angular));
 }
 
-/// How far a rigid joint gives under a load (N) on a mass (kg): it is a spring of 0.22 of the rate of substeps.
+/// How far a rigid joint yields under a load (N) on a mass (kg): it is a spring of 0.22 of the substep rate.
 float give(float load, float mass) {
   const float omega = 2 * pi * 0.22f * 240;
   return load / (mass * omega * omega);
@@ -161,7 +161,7 @@ TEST_P(JointLaws, AChainHangsStill) {
     const Chain chain(world, add_anchor(world, {}), {}, {0, 0, -1}, count);
     run(world, 1200);
     for (const BodyId id : chain.links) EXPECT_LT(length(world.velocity(id).linear), 5e-3f) << count;
-    // A link's own inertia answers half as stiffly between two links as at the top.
+    // A link's own inertia is half as stiff between two links as at the top.
     EXPECT_LT(widest_gap(world), 2.2f * give(9.81f * static_cast<float>(count), 1)) << count;
     for (int i = 0; i < count; ++i) {
       const float load = 9.81f * static_cast<float>(count - i);
@@ -170,7 +170,7 @@ TEST_P(JointLaws, AChainHangsStill) {
   }
 }
 
-// Whichever of the definition's bodies can be pushed, reactions are B's.
+// Whichever of the definition's bodies can be pushed, reactions are those on B.
 TEST_P(JointLaws, AWeightPullsAtItsJoint) {
   World world(GetParam().quiet());
   const BodyId top = add_anchor(world, {}), weight = world.add(dynamic(sphere(0.2f), {0, 0, -1}, 7));
@@ -193,7 +193,7 @@ TEST_P(JointLaws, ASpringSwingsAtItsFrequency) {
     JointDef spring = ball_joint(add_anchor(world, {}), weight, {}, {});
     spring.hertz = hertz, spring.damping_ratio = 0;
     world.add_joint(spring);
-    // Times of passing zero upwards, between which are whole periods.
+    // Times of upward zero crossings, with whole periods between them.
     double first = -1, last = -1, before = 0.1;
     int periods = -1;
     for (int i = 0; i < 600; ++i) {

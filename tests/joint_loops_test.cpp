@@ -21,7 +21,7 @@ Pose frame(const World& world, BodyId body, Vec3 at, Quat rotation) {
   return {inverse_rotate(pose.rotation, at - pose.position), 0, conjugate(pose.rotation) * rotation};
 }
 
-/// 3 to 16 boxes with balls, hinges and welds between them, some hanging, and up to four joints more.
+/// 3 to 16 boxes with balls, hinges and welds between them, some hanging, and up to four extra joints.
 void add_mechanism(World& world, Generator& random, Filter filter, bool may_hang) {
   const auto number = [&](float from, float to) { return uniform(random, from, to); };
   const unsigned count = 3 + static_cast<unsigned>(random()) % 14;
@@ -76,7 +76,8 @@ TEST_P(JointLoops, KeepTogetherAndGainNoEnergy) {
   }
 }
 
-// What nothing in a loop follows must not be given again and again: hits on loops that are solved directly did that.
+// Impulses that nothing in a loop responds to must not be applied again and again, as after hits on directly solved
+// loops.
 TEST_P(JointLoops, OnTheGroundGainNoEnergy) {
   for (unsigned seed = 1; seed <= 25; ++seed) {
     World world(GetParam().quiet());
@@ -113,7 +114,7 @@ TEST_P(JointLoops, ANetHangsTogether) {
 constexpr std::uint32_t closures = 3, rows = closure_rows * closures;
 using Rows = std::array<double, rows>;
 
-/// By Gauss' elimination.
+/// By Gaussian elimination.
 Rows solved(std::array<Rows, rows> a, Rows x) {
   for (std::uint32_t k = 0; k < rows; ++k)
     for (std::uint32_t i = 0; i < rows; ++i) {
@@ -126,7 +127,7 @@ Rows solved(std::array<Rows, rows> a, Rows x) {
   return x;
 }
 
-// Some of the responses are nothing's, so that only softness holds them.
+// Some of the responses are zero, so that only softness regularises them.
 TEST(LoopClosure, SolvesItsRows) {
   constexpr float softness = 0.01f;
   for (unsigned seed = 0; seed < 100; ++seed) {

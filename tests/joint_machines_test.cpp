@@ -23,7 +23,7 @@ class Machine {
     def.pose.position = at, def.pose.rotation = rotation;
     return world_.add(def);
   }
-  /// Between points of two bodies, about the axis x.
+  /// Between points of two bodies, about the x axis.
   JointDef hinge(BodyId a, BodyId b, Vec3 on_a, Vec3 on_b) {
     return revolute_joint(a, b, {on_a, 0, {}}, {on_b, 0, {}});
   }
@@ -45,7 +45,8 @@ class Machine {
   std::vector<JointId> joints_;
 };
 
-/// m, of fifty links with a ton at the end, let go level, that `join(a, b, on_a, on_b)` joins: within 10 s.
+/// Widest gap (m) within 10 s of fifty links with a ton at the end, released level and joined by `join(a, b, on_a,
+/// on_b)`.
 template <class Join>
 float widest_gap_of_fifty(Machine& m, const Join& join) {
   BodyId last = m.add({0, 0, 50}, {0.1f, 0.1f, 0.1f}, 1, MotionType::fixed);
@@ -92,7 +93,7 @@ TEST_P(JointMachines, AnArmHoldsTenTimesItsWeight) {
   EXPECT_NEAR(m.world().reaction(joints[0]).torque.x, 9.81f * (30 * 1.5f + 300 * 3.2f), 1);
 }
 
-/// Angle (rad) of the direction from one point of the plane y, z to another.
+/// Angle (rad) of the direction from one point to another in the y, z plane.
 float angle(Vec3 from, Vec3 to) { return std::atan2(to.z - from.z, to.y - from.y); }
 
 TEST_P(JointMachines, AFourBarLinkageTurns) {
@@ -133,7 +134,7 @@ TEST_P(JointMachines, AFourBarLinkageTurns) {
   EXPECT_LT(worst_angle, 1e-4f);
 }
 
-/// Links in the plane y, z from point to point, joined end to end by hinges; first and last hang on `anchor`.
+/// Links in the y, z plane from point to point, joined end to end by hinges; the first and the last hang on `anchor`.
 void add_row(Machine& m, BodyId anchor, const std::vector<Vec3>& points, Vec3 half_extents, float mass) {
   BodyId last = anchor;
   Vec3 on_last = points.front();
@@ -149,7 +150,7 @@ void add_row(Machine& m, BodyId anchor, const std::vector<Vec3>& points, Vec3 ha
   m.join(m.hinge(anchor, last, points.back(), on_last));
 }
 
-// Hung at both ends, so each of its joints is part of a loop.
+// Hung at both ends, so that each of its joints is part of a loop.
 TEST_P(JointMachines, ABridgeOfFiftyPlanksHangsAtBothEnds) {
   Machine m(GetParam());
   const BodyId ground = m.add({}, {0.1f, 0.1f, 0.1f}, 1, MotionType::fixed);
@@ -164,7 +165,7 @@ TEST_P(JointMachines, ABridgeOfFiftyPlanksHangsAtBothEnds) {
   EXPECT_LT(widest, 1e-4f);
 }
 
-// A lift of crossed bars: five loops, and many ways to push them out of the plane that nothing follows.
+// A lift of crossed bars: five loops, and many impulses out of the plane that nothing responds to.
 TEST_P(JointMachines, AScissorLiftHoldsItsLoad) {
   Machine m(GetParam());
   const BodyId ground = m.add({}, {0.1f, 0.1f, 0.1f}, 1, MotionType::fixed);
@@ -199,7 +200,7 @@ TEST_P(JointMachines, AScissorLiftHoldsItsLoad) {
   EXPECT_LT(length(m.world().velocity(load).linear), 2e-3f);
 }
 
-// Nothing in it can follow the last weld, and what each of them holds is left open. Bounded all the same.
+// Nothing in it can satisfy the last weld, and each weld's load is undetermined, but bounded.
 TEST_P(JointMachines, AWeldedFrameHoldsThoughItDoesNotFitByAMillimetre) {
   Machine m(GetParam());
   const BodyId ground = m.add({}, {0.1f, 0.1f, 0.1f}, 1, MotionType::fixed);
@@ -223,7 +224,7 @@ TEST_P(JointMachines, AWeldedFrameHoldsThoughItDoesNotFitByAMillimetre) {
   EXPECT_LT(force, 1e6f);
 }
 
-// Nothing is singular as an axis goes through a right angle: a hinge that may also swing about y hangs straight down.
+// Nothing is singular as an axis passes through a right angle: a hinge that may also swing about y hangs straight down.
 TEST_P(JointMachines, ATwistLimitHoldsAtAnySwingShortOfAHalfTurn) {
   Machine m(GetParam());
   const BodyId post = m.add({0, 0, 2}, {0.1f, 0.1f, 0.1f}, 1, MotionType::fixed);

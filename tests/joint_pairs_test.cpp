@@ -1,5 +1,5 @@
-// Two bodies on one joint in empty space, at random: nothing acts on them, so they have no more energy at any time than
-// at first. Thin rods and plates are joined beside their axes, where their inertia says the least.
+// Two bodies on one random joint in empty space: nothing acts on them, so their energy never exceeds the initial one.
+// Thin rods and plates are joined beside their axes, where their inertia matters least.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -81,7 +81,7 @@ double kinetic_energy(const World& world, BodyId id) {
                                    dot(spin, world.mass_properties(id).inertia * spin));
 }
 
-/// The most energy that the pair has within two seconds, in parts of what it began with.
+/// The pair's highest energy within two seconds, relative to the initial one.
 double gain(WorldDef def, unsigned seed, Kind kind, double spin) {
   Draw draw(seed);
   def.gravity = {};
@@ -105,7 +105,7 @@ double gain(WorldDef def, unsigned seed, Kind kind, double spin) {
   return most / start;
 }
 
-/// How much energy the worst of a hundred pairs may come to: what is solved directly, and what is left to sweeps.
+/// Bounds on the energy of the worst of a hundred pairs: solved directly, and left to sweeps.
 struct KindBound {
   Kind kind;
   const char* name;
@@ -114,7 +114,8 @@ struct KindBound {
 
 class JointPairs : public OfJointWorlds {};
 
-// Limits in sweeps still gain: a rope by what its line turns, a limb where its cone and its twist are hit at once.
+// Limits in sweeps still gain energy: a rope by the rotation of its line, a limb if its cone and its twist are hit at
+// once.
 TEST_P(JointPairs, GainNoEnergy) {
   constexpr KindBound bounds[] = {{ball, "ball", 1.01, 2.5},  {rope, "rope", 4, 8},
                                   {limb, "limb", 1.01, 500},  {hinge, "hinge", 1.5, 8},

@@ -66,7 +66,7 @@ TEST_P(ReactingAxes, LimitsThrowBack) {
 
 // Below the threshold, and pressed by a motor, an axis stays at its limit.
 TEST_P(ReactingAxes, WhatPressesOnALimitStaysThere) {
-  const float beyond_limits = GetParam().simulator == SimulatorKind::device ? 3e-3f : 1e-4f;  // sweeps alone
+  const float beyond_limits = GetParam().simulator == SimulatorKind::device ? 3e-3f : 1e-4f;  // sweeps only
   World world(weightless());
   const Axes axes(world, [](JointAxis& a) { a.limit(-0.3f, 0.3f).drive_velocity(3, 50).restitution = 0.5f; });
   run(world, 200);
@@ -93,7 +93,7 @@ TEST_P(ReactingAxes, ArmatureIsInertia) {
     }
 }
 
-// A pendulum with an armature swings as one with so much more inertia, and keeps its energy.
+// A pendulum with an armature swings like one with that much more inertia, and keeps its energy.
 TEST_P(ReactingAxes, ArmatureSlowsAPendulum) {
   for (const float armature : {0.0f, 0.5f}) {
     WorldDef def = GetParam().quiet();
@@ -118,7 +118,7 @@ TEST_P(ReactingAxes, ArmatureSlowsAPendulum) {
   }
 }
 
-// A servo's spring feels the armature: its frequency is that of both inertias.
+// A servo's spring acts on the armature too: its frequency is that of both inertias.
 TEST_P(ReactingAxes, ADrivesSpringCarriesTheArmature) {
   WorldDef def = weightless(1.0f / 240, 8);
   World world(def);
@@ -132,9 +132,9 @@ TEST_P(ReactingAxes, ADrivesSpringCarriesTheArmature) {
   EXPECT_LT(std::abs(position(world, axes.slide, JointAxisName::x)), 0.05f * at_quarter);
 }
 
-// A drive beside an armature gives no more than its most, and a limit stops both.
+// A drive with an armature exerts at most its maximum, and a limit stops both.
 TEST_P(ReactingAxes, ArmatureStopsAtLimits) {
-  const float most = GetParam().simulator == SimulatorKind::device ? 0.3015f : 0.3002f;  // sweeps alone
+  const float most = GetParam().simulator == SimulatorKind::device ? 0.3015f : 0.3002f;  // sweeps only
   const float settled = GetParam().simulator == SimulatorKind::device ? 1.5e-3f : 1e-4f;
   for (const auto& [dt, substeps] : {std::pair{1.0f / 30, 2}, {1.0f / 60, 4}, {1.0f / 240, 8}}) {
     World world(weightless(dt, substeps));
@@ -168,8 +168,8 @@ TEST_P(ReactingAxes, FrictionHoldsUntilItSlips) {
   EXPECT_NEAR(world.velocity(axes.slider).linear.x, 0, 1e-4f);
 }
 
-/// A chain of hinges with random armatures and limits that throw back. Masses of up to 1000:1 and armatures of up to 30
-/// times a link's inertia are for direct solutions; `sweeps` hold 4:1 and one time.
+/// A chain of hinges with random armatures and limits that rebound. Mass ratios of up to 1000:1 and armatures of up to
+/// 30 times a link's inertia are for direct solutions; `sweeps` hold 4:1 and armatures equal to it.
 World random_arm(const WorldDef& def, unsigned seed, bool sweeps) {
   Generator random(seed);
   World world(def);

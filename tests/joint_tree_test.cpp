@@ -1,4 +1,4 @@
-// The direct solution of trees of joints against what defines it, on random trees.
+// The direct solution of trees of joints against its defining equations, on random trees.
 #include "dynamics/joint_tree.hpp"
 
 #include <gtest/gtest.h>
@@ -70,7 +70,7 @@ void solve(std::vector<TreeBody>& tree) {
   for (std::size_t i = 0; i < n; ++i) tree[i].linear += changes[i].linear, tree[i].angular += changes[i].angular;
 }
 
-// All joints hold, and what changes bodies are the joints' impulses and nothing else: these two determine the solution.
+// All joints hold, and only their impulses change the bodies: these two conditions determine the solution.
 TEST(JointTree, AllJointsHoldByTheirImpulsesAlone) {
   for (unsigned seed = 0; seed < 2000; ++seed) {
     Generator random(seed);
@@ -113,9 +113,9 @@ double kinetic_energy(const std::vector<TreeBody>& tree) {
   return sum;
 }
 
-// Thin rods that point anywhere, the last one up to 10,000 times as heavy: a link turns far more easily about its own
-// axis than across, and has far less mass than what hangs on it. Joints take energy from what comes apart and give
-// none.
+// Thin rods in random directions, the last one up to 10,000 times as heavy: a link turns far more easily about its own
+// axis than across it, and has far less mass than what hangs on it. Joints remove energy from bodies that separate, and
+// add none.
 TEST(JointTree, FoldedChainsWithHeavyEndsGainNoEnergy) {
   double most = 0;
   for (unsigned seed = 0; seed < 5000; ++seed) {

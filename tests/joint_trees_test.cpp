@@ -1,4 +1,4 @@
-// Random trees of joints of every type: whatever hangs, whirls or falls gains no energy and keeps together.
+// Random trees of joints of every type, hanging, spinning or falling: they gain no energy and hold together.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,13 +35,13 @@ class Tree {
     }
     return sum;
   }
-  /// J, of a fall by 8 m
+  /// J, for a fall of 8 m
   double fall() const {
     float mass = 0;
     for (const MassProperties& m : masses_) mass += m.mass;
     return static_cast<double>(9.81f * 8 * mass);
   }
-  /// m, of any anchors that belong together
+  /// m, of anchors that should coincide
   float widest_gap() const {
     float widest = 0;
     for (const JointId id : joints_) {
@@ -155,7 +155,7 @@ TEST(JointTrees, MoveAlikeOnSeveralThreads) {
   }
 }
 
-/// A chain of ten equal links that swings, under a load of as much as all of them.
+/// A swinging chain of ten equal links, with a load as heavy as all of them.
 float gap_of_a_chain(SimulatorKind simulator, bool direct) {
   WorldDef def;
   def.simulator = simulator;
@@ -174,7 +174,7 @@ float gap_of_a_chain(SimulatorKind simulator, bool direct) {
   float widest = 0;
   for (int step = 0; step < 300; ++step) {
     world.step();
-    if (step < 60) continue;  // the links are laid out apart
+    if (step < 60) continue;  // the links start apart
     for (std::size_t i = 1; i < links.size(); ++i)
       widest = std::max(widest, distance(transform(world.pose(links[i - 1]), {0, 0, i == 1 ? 0.0f : -0.2f}),
                                          transform(world.pose(links[i]), {0, 0, 0.2f})));

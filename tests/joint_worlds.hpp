@@ -1,4 +1,4 @@
-// Worlds with joints, for tests that hold for every simulator that has them.
+// Worlds with joints, for tests that apply to every simulator that has them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ inline const auto joint_world_name = [](const testing::TestParamInfo<JointWorlds
   return std::string(info.param.name);
 };
 
-/// A fixed body without size to speak of, to hang things from.
+/// A fixed body of negligible size to hang things from.
 inline BodyId add_anchor(World& world, Vec3 position, MotionType motion = MotionType::fixed) {
   BodyDef def;
   def.motion = motion;
@@ -49,13 +49,13 @@ inline BodyId add_anchor(World& world, Vec3 position, MotionType motion = Motion
   return world.add(def);
 }
 
-/// Links of a capsule each along `direction`, joined end to end.
+/// Capsule links along `direction`, joined end to end.
 struct Chain {
   static constexpr float length = 0.5f;
   std::vector<BodyId> links;
   std::vector<JointId> joints;
 
-  /// Hangs from `top` at its centre, where that is a body.
+  /// Hangs from the centre of `top`, if that is a body.
   Chain(World& world, BodyId top, Vec3 from, Vec3 direction, int count, float mass = 1) {
     const Vec3 axis{0, 0, 1}, turn = cross(axis, direction);
     Quat q = normalize(Quat{1 + dot(axis, direction), turn.x, turn.y, turn.z});
@@ -72,7 +72,7 @@ struct Chain {
   }
 };
 
-/// J, of all bodies: kinetic, and in gravity above the height 0.
+/// J, of all bodies: kinetic, plus potential above height 0.
 inline float energy(const World& world) {
   float sum = 0;
   for (const BodyId id : world.bodies())
@@ -81,7 +81,7 @@ inline float energy(const World& world) {
   return sum;
 }
 
-/// How far a joint's anchors are apart (m).
+/// Distance between a joint's anchors (m).
 inline float gap_of(const World& world, JointId id) {
   const JointDef& def = world.joint(id);
   return length(transform(world.pose(def.a), def.frame_a.position) -

@@ -1,5 +1,5 @@
 // What an application may do with joints: sleeping, waking, contacts of joined bodies, snapshots, bodies that fail, and
-// streams of all that, on every simulator that has joints.
+// streams of all these, on every simulator that has joints.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -74,7 +74,7 @@ TEST_P(Joints, AKinematicPartnerThatMovesKeepsAwake) {
   EXPECT_NEAR(world.pose(chain.links[2]).position.z, -0.75f, 0.05f);
 }
 
-// A chain that flies stands still at its highest, and does not fall asleep there.
+// A chain in flight is momentarily at rest at its highest point, and does not fall asleep there.
 TEST_P(Joints, WhatFliesDoesNotSleep) {
   WorldDef def = GetParam().sleepy();
   def.gravity = {0, 0, -0.01f};
@@ -156,7 +156,7 @@ TEST_P(Joints, AHubHoldsMoreThanItHasColoursFor) {
   EXPECT_EQ(world.profile().counts.overflow, 0);
 }
 
-// A link that fails becomes an obstacle; the others hang on as if it had been fixed there.
+// A link that fails becomes an obstacle; the others keep hanging as if it were fixed there.
 TEST_P(Joints, AFailingLinkLeavesTheOthersFinite) {
   constexpr std::uint32_t failing = 1u << 30;
   for (int stage = 0; stage <= static_cast<int>(last_solver_stage); ++stage) {
@@ -176,7 +176,7 @@ TEST_P(Joints, AFailingLinkLeavesTheOthersFinite) {
       EXPECT_LT(length(world.velocity(id).linear), 20) << stage;
     }
     for (const JointId id : chain.joints) EXPECT_LT(gap_of(world, id), 0.01f) << stage;
-    // Not every simulator has a place for every stage.
+    // Not every simulator has every stage.
     if (world.pose(chain.links[2]).position == at.position) {
       world.set_velocity(chain.links[2], {}, {});
       run(world, 30);
@@ -185,7 +185,7 @@ TEST_P(Joints, AFailingLinkLeavesTheOthersFinite) {
   }
 }
 
-/// Bodies and chains that come and go over a floor, and what else an application does.
+/// Bodies and chains that come and go over a floor, with other actions of an application.
 struct JointStream {
   JointStream(unsigned seed, const WorldDef& def) : random(seed), world(def) {
     world.add({.motion = MotionType::fixed, .pose = {.position = {0, 0, -0.5f}}, .shape = box({20, 20, 0.5f})});
@@ -218,7 +218,7 @@ struct JointStream {
     if (random() % 4 == 0) def.hertz = uniform(random, 1, 30);
     world.add_joint(def);
   }
-  /// Reads poses, as `join` does, in every step that joins: steps ahead are waited for.
+  /// Reads poses, as `join` does, in every step that joins: this waits for steps ahead.
   void step() {
     world.wait();
     for (int i = 0; i < 2; ++i) add();
@@ -230,7 +230,7 @@ struct JointStream {
       world.set_joint_spring(id, random() % 2 ? 0 : uniform(random, 1, 30), 1);
     }
     if (random() % 8 == 0 && world.joint_count() > 0) {
-      // Comes and goes between two steps.
+      // Added and removed between two steps.
       world.remove_joint(world.add_joint(world.joint(world.joints()[0])));
     }
     if (random() % 10 == 0) world.set_velocity(pillars[0], in_cube(random), {});
@@ -269,7 +269,7 @@ TEST_P(Joints, StreamsAreTheSameHoweverTheyRun) {
   }
 }
 
-/// Joints by the bodies' first poses alone, so that steps may run ahead.
+/// Joints placed only by the bodies' first poses, so that steps may run ahead.
 TEST_P(Joints, StepsAheadChangeNothing) {
   const auto hash = [&](int ahead) {
     WorldDef def = GetParam().sleepy();
@@ -278,7 +278,7 @@ TEST_P(Joints, StepsAheadChangeNothing) {
     world.add(ground());
     const BodyId top = add_anchor(world, {0, 0, 20});
     std::vector<JointId> joints;
-    // In waves, so that memory grows while steps are under way.
+    // In waves, so that memory grows while steps are in flight.
     for (int wave = 0; wave < 12; ++wave) {
       for (int i = 0; i < 60; ++i) {
         const Vec3 from{static_cast<float>(i % 10), static_cast<float>(i / 10), 3 + static_cast<float>(wave)};
@@ -301,7 +301,7 @@ TEST_P(Joints, ARestoredWorldGoesOnBitForBit) {
   for (const unsigned seed : {5u, 6u, 7u}) {
     JointStream stream(seed, seed % 2 ? GetParam().sleepy() : GetParam().quiet());
     for (int i = 0; i < 40; ++i) stream.step();
-    // Changes that wait for the next step are part of it.
+    // Changes that wait for the next step are included.
     for (int i = 0; i < 10; ++i) stream.join();
     stream.world.remove_joint(stream.world.joints()[1]);
     std::vector<std::byte> bytes;
@@ -314,7 +314,7 @@ TEST_P(Joints, ARestoredWorldGoesOnBitForBit) {
       ASSERT_EQ(restored.state_hash(), stream.world.state_hash()) << "seed " << seed << ", step " << i;
     }
     for (const JointId id : restored.joints()) EXPECT_EQ(restored.reaction(id).force, stream.world.reaction(id).force);
-    // Both go on alike with what the application does next.
+    // Both continue identically under the application's next actions.
     for (World* world : {&stream.world, &restored}) {
       while (world->joint_count() > 5) world->remove_joint(world->joints().back());
       run(*world, 30);

@@ -18,8 +18,8 @@ BodyDef kinematic(Vec3 half_extents, Vec3 position, Vec3 linear = {}, Vec3 angul
   return def;
 }
 
-/// Twenty-four tables that turn, rise, slide, run faster than bodies may, or stand still, side by side, with stacks of
-/// two on each, so many islands that they are solved in groups.
+/// Twenty-four tables side by side that turn, rise, slide, move faster than bodies may, or stand still, with stacks of
+/// two on each: so many islands that they are solved in groups.
 class Tables {
  public:
   explicit Tables(World& world) : world_(world) {
@@ -94,8 +94,8 @@ TEST(KinematicBoundaries, ThreadsDoNotMatterToManyIslandsOnTables) {
   }
 }
 
-/// A pyramid that is solved in domains, on a floor that turns and rises, through which two ploughs are driven, with a
-/// ball on a joint each. One body fails on the way.
+/// A pyramid that is solved in domains, on a floor that turns and rises, through which two ploughs are driven, each
+/// with a ball on a joint. One body fails along the way.
 struct LargeHeap {
   explicit LargeHeap(World& world) {
     world.add(kinematic({40, 40, 0.5f}, {}, {0.2f, 0, 0.3f}, {0, 0, 0.2f}));
@@ -107,7 +107,7 @@ struct LargeHeap {
       world.add_joint(ball_joint(plough, ball, {0, 0, 1.4f}, {0, 0, -0.6f}));
     }
     add_pyramid(world, 18);
-    // Far off, which must not draw the domains.
+    // Far away, so that it must not affect the domains.
     world.add(kinematic({1, 1, 1}, {3000, 0, 2}, {0, 1, 0}));
   }
 };

@@ -1,5 +1,6 @@
-// Laws over a lane type give each lane of a vector what they give one number (dynamics/*-inl.hpp), on random rows of
-// contacts and joints. Vectors fuse the products of cross(), numbers do not, so the two are equal to rounding.
+// Laws over a lane type compute in each lane of a vector what they compute for one number (dynamics/*-inl.hpp), on
+// random rows of contacts and joints. Vectors fuse the products of cross(), numbers do not, so the two are equal up to
+// rounding.
 #define HWY_DISABLE_PCLMUL_AES
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
@@ -24,7 +25,7 @@ using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 constexpr std::size_t width = hn::MaxLanes(D());
 
-/// The floats of a row or a body, which have no others and no padding: one number each, or a vector.
+/// The floats of a row or a body, which have only floats and no padding: one number each, or a vector.
 template <class Of>
 constexpr std::size_t floats = sizeof(Of) / sizeof(float);
 
@@ -62,7 +63,7 @@ struct BodiesV {
   InverseInertia<V, const SymMat3V<V>&> inverse_of_b() const { return {b.inverse_mass, b.response}; }
 };
 
-/// A contact, by number or by lanes: its manifold, and the rows made of it. Its numbers alone have a place in memory.
+/// A contact, by number or by lanes: its manifold, and its rows. Only its numbers are stored in memory.
 template <class L, class Vec, class Frame, class Axes, class Point, class Friction>
 struct ContactOf {
   struct ManifoldOf {
@@ -212,7 +213,7 @@ class LaneLaws : public testing::Test {
   }
 
   /// Up to four points on a patch, loaded or not. `extreme`: sizes, impulses and depths that differ by powers of ten,
-  /// points that coincide, friction and restitution of 0 or more than usual.
+  /// coincident points, friction and restitution of 0 or unusually high.
   Contact contact(bool extreme) {
     Contact c{};
     auto& m = c.manifold;
@@ -260,7 +261,7 @@ class LaneLaws : public testing::Test {
         for (std::size_t k = 0; k < floats<Row>; ++k) look(field(row, k), field(rows[lane], k));
       }
     }
-    // A bound that is met to rounding may hold in one and not in the other.
+    // A bound that is met up to rounding may be satisfied in one and not in the other.
     EXPECT_LE(differ_, looked_ / 1000) << "of " << looked_;
   }
   static JointBodies<SymMat3>::Side alone(const Side& s) {
@@ -319,8 +320,8 @@ void warm_start(fathom::CouplingRow<float>& row, JointBodies<SymMat3>& bodies) {
   fathom::warm_start_coupling(row, bodies);
 }
 
-// Of a contact, by lanes and by number: its rows, warm starting, a restitution pass, a sweep over its points, friction
-// on surfaces that move and bodies that move as they are told, and rolling.
+// A contact's stages, by lanes and by number: its rows, warm starting, a restitution pass, a sweep over its points,
+// friction on moving surfaces and kinematic bodies, and rolling.
 HWY_ATTR void prepare(ContactV& c, const BodiesV& bodies) {
   c.nearest = prepare_contact_rows(c.manifold, c.overlap, bodies, c);
 }
@@ -382,7 +383,7 @@ constexpr auto all_of_a_contact = [](auto& c, auto& bodies, auto h) HWY_ATTR {
   push<2>(c, bodies, h);  // of the solver `impulse`
 };
 
-// The law of all passes, one after the other.
+// All passes, one after the other.
 constexpr auto all_passes = [](auto& row, auto& bodies, auto h) HWY_ATTR {
   warm_start(row, bodies);
   sweep<0>(row, bodies, h);

@@ -1,4 +1,4 @@
-// A slow device on the host, for what goes wrong only where steps are still in flight.
+// A slow device on the host, for faults that only occur while steps are in flight.
 #pragma once
 
 #include "exec/host/faults.hpp"

@@ -9,7 +9,7 @@
 namespace fathom::test::laws_test {
 namespace {
 
-// Bodies that nothing touches fly on exact parabolas, whatever the time step.
+// Bodies that touch nothing move on exact parabolas, whatever the time step.
 TEST(Laws, FreeFallFollowsTheParabola) {
   for (const int rate : {60, 24}) {
     WorldDef def = quiet_world();
@@ -25,8 +25,8 @@ TEST(Laws, FreeFallFollowsTheParabola) {
   }
 }
 
-/// A fall with half a second's velocity in steps of 1 ms keeps to the exact velocity. Rounded in every step it would be
-/// off by 5e-4 m/s after one second.
+/// A fall that starts at the velocity of half a second, in steps of 1 ms, keeps the exact velocity. Rounding in every
+/// step would give an error of 5e-4 m/s after one second.
 void expect_exact_fall(World& world, BodyId id, Vec3 gravity) {
   double worst = 0;
   for (int i = 1; i <= 1200; ++i) {
@@ -51,7 +51,7 @@ TEST(Laws, AFastFallGainsGravityAndNoMore) {
   }
 }
 
-// Contacts look at what flies past a wall, and do nothing.
+// Contacts see bodies flying past a wall, and do nothing.
 TEST(Laws, SoDoesAFallAlongAWall) {
   WorldDef def = quiet_world();
   def.dt = 0.001f;
@@ -135,7 +135,7 @@ TEST(Laws, CollisionsConserveMomentum) {
   EXPECT_GT(touched, 100);
   const auto after = momenta();
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(after[k], before[k], 5e-4 * 64) << "linear, axis " << k;
-  // Contacts act at one point of both bodies, so angular momentum changes only with their positions within a step.
+  // Contacts act at the same point of both bodies, so angular momentum changes only with their positions within a step.
   for (int k = 3; k < 6; ++k)
     EXPECT_NEAR(after[k], before[k], 0.05 * (std::abs(before[k]) + 10)) << "angular, axis " << k - 3;
 }
@@ -155,7 +155,7 @@ TEST(Laws, TorqueFreeBodyKeepsItsAngularMomentum) {
   }
 }
 
-// Dzhanibekov: about its middle axis a T-shaped body flips over and over, and its energy stays.
+// Dzhanibekov: about its middle axis a T-shaped body flips over and over, and its energy is constant.
 TEST(Laws, TShapedBodyFlips) {
   WorldDef def = quiet_world();
   def.gravity = {};
@@ -181,7 +181,7 @@ TEST(Laws, TShapedBodyFlips) {
   EXPECT_GE(flips, 4);
 }
 
-// A box on a slope slides where tan of the angle exceeds µ.
+// A box on a slope slides if the tangent of the angle exceeds µ.
 class Slope : public testing::TestWithParam<float> {};
 
 TEST_P(Slope, SlipsBeyondTheFrictionAngle) {
@@ -223,7 +223,7 @@ TEST(Laws, SlidingBoxStopsAfterItsBrakingDistance) {
       run(world, 180);
       const float way = distance(world.pose(id).position, start);
       const float expected = 4 / (2 * friction * 9.81f);
-      // The integrator brakes at substep ends: half a substep of the initial speed is its own.
+      // The integrator brakes at substep ends, which adds half a substep at the initial speed.
       EXPECT_NEAR(way, expected, 0.01f * expected + 2.0f / 480)
           << "friction " << friction << ", direction " << direction;
     }
@@ -275,8 +275,8 @@ TEST(Laws, StackAtRestStaysAndCarriesItsWeight) {
   for (int i = 0; i < 5; ++i) {
     const Vec3 p = world.pose(stack[i]).position;
     EXPECT_LT(length(Vec3{p.x, p.y, 0}), 1e-3f) << "body " << i;
-    // Contacts are springs of 30 Hz over the pair's effective mass, so a column gives way by
-    // load / (½ m ω²) a storey: 2 mm under four cubes.
+    // Contacts are springs of 30 Hz over the pair's effective mass, so a column yields by load / (½ m ω²) per storey: 2
+    // mm under four cubes.
     EXPECT_NEAR(p.z, 1.0f + static_cast<float>(i), 1e-3f + 3e-3f * static_cast<float>(i)) << "body " << i;
     EXPECT_LT(length(world.velocity(stack[i]).linear), 1e-3f);
   }

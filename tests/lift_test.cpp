@@ -16,7 +16,7 @@
 namespace fathom::test::lift_test {
 namespace {
 
-/// m, of the deepest point of all contacts.
+/// m, of the deepest contact point.
 float deepest(const World& world) {
   float depth = 0;
   world.for_each_contact([&](const ContactInfo& c) {
@@ -78,7 +78,7 @@ TEST(Lift, GrowsWhileTheContactIsTooDeepAndFadesOnceItIsNot) {
   EXPECT_EQ(next_lift(0.01f, nan, 10, 0.1f, 0.016f), 0);
   EXPECT_EQ(next_lift(0.01f, -infinite, 10, 0.1f, 0.016f), 0);
   EXPECT_LE(next_lift(0.01f, infinite, 10, 0.1f, 0.016f), 0.1f);
-  // In steps of any length it comes to nothing once the load is light.
+  // It vanishes once the load is light, in steps of any length.
   for (const float dt : {1.0f, 0.2f, 0.01f}) {
     float lift = 0.1f;
     for (int i = 0; i < static_cast<int>(10 / dt); ++i) lift = next_lift(lift, 0, 1, 0.1f, dt);
@@ -94,7 +94,7 @@ TEST_P(Lifts, WhatCarriesMuchIsNotDeepForLong) {
   for (const BodyId ball : s.balls) EXPECT_LT(length(s.world.velocity(ball).linear), 0.01f);
 }
 
-// What was pressed by a load for long neither hops nor floats when it is gone.
+// Bodies freed from a lasting load neither hop nor float.
 TEST_P(Lifts, WhatIsRelievedStaysOnTheGround) {
   LoadedBalls s(GetParam());
   s.run(30);
@@ -112,8 +112,8 @@ TEST_P(Lifts, WhatIsRelievedStaysOnTheGround) {
   for (const BodyId ball : s.balls) EXPECT_NEAR(s.world.pose(ball).position.z, 0.6f, 0.002f);
 }
 
-// A limit of the push-out is one of velocity: the impulse that carries a load has none, whatever the depth at which the
-// spring reaches it. Under a thousand times their weight balls and boxes used to sink by more than 0.2 m.
+// The push-out limit is one of velocity: the impulse that carries a load has no limit, whatever the depth at which the
+// spring reaches it. Otherwise balls and boxes sink by more than 0.2 m under a thousand times their weight.
 TEST_P(Lifts, WhatIsPressedSinksAsFarAsItsSpringGivesWayAndRisesAgain) {
   for (const int substeps : {4, 8})
     for (const float load : {100.0f, 300.0f, 1000.0f})

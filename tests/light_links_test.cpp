@@ -1,5 +1,5 @@
-// Mechanisms of light links on long arms and heavy bodies: they come to rest, and whatever spins too fast for a substep
-// loses energy until it meets again.
+// Mechanisms of light links on long arms and heavy bodies: they come to rest, and a body that spins too fast for a
+// substep loses energy until its joints meet again.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ float widest_gap(const World& world) {
   return widest;
 }
 
-/// A top of 100 kg welded to legs of `leg_mass` (kg), 5 s after it has been let go `height` (m) above the floor.
+/// A top of 100 kg welded to legs of `leg_mass` (kg), 5 s after being released `height` (m) above the floor.
 void expect_table_stands(const JointWorlds& worlds, float leg_mass, float height) {
   SCOPED_TRACE(testing::Message() << "legs of " << leg_mass << " kg from " << height << " m");
   World world(worlds.quiet());
@@ -57,16 +57,16 @@ void expect_table_stands(const JointWorlds& worlds, float leg_mass, float height
   EXPECT_LT(widest_gap(world), 1e-5f);
 }
 
-// Its top touches nothing, so it would swing if each body were looked at by itself, and end steps with 1.7 cm/s.
+// Its top touches nothing, so judged body by body it would swing, and end steps at 1.7 cm/s.
 TEST_P(LightLinks, AWeldedTableComesToRest) { expect_table_stands(GetParam(), 10, 0.05f); }
-// Contacts of light legs do not know what these carry. With their own inertia it would hop and fall over.
+// Contacts of light legs do not see what the legs carry. With the legs' own inertia the table would hop and fall over.
 TEST_P(LightLinks, AWeldedTableStandsOnLightLegs) {
   for (const float leg_mass : {3.0f, 1.0f, 0.3f, 0.1f, 0.03f})
     for (const float height : {0.05f, 0.55f}) expect_table_stands(GetParam(), leg_mass, height);
 }
 
-// Bodies that touch something, and whose links are splinters or much lighter than what hangs on them, were thrown at up
-// to 28 times the speed of their fall.
+// Bodies that touch something, whose links are splinters or much lighter than what hangs on them: badly held, they are
+// thrown at up to 28 times the speed of their fall.
 TEST_P(LightLinks, HeapsThrowNobody) {
   for (const std::uint64_t seed : {10, 39, 53, 79, 92, 267, 299}) {
     Heap heap = make_joint_heap(seed);
@@ -89,7 +89,7 @@ TEST_P(LightLinks, HeapsThrowNobody) {
   }
 }
 
-// A rod of 3 cm is joined to both at points half a metre off its axis. Sweeps let it fly about without end.
+// A rod of 3 cm is joined to both at points half a metre off its axis. Sweeps alone would let it fly about endlessly.
 TEST_P(LightLinks, ARodOnLongArmsBetweenHeavyBodiesComesToRest) {
   World world(GetParam().quiet());
   add_floor(world);
@@ -103,7 +103,7 @@ TEST_P(LightLinks, ARodOnLongArmsBetweenHeavyBodiesComesToRest) {
   EXPECT_LT(widest_gap(world), 1e-3f);
 }
 
-// Turning by some radians in a substep, in free flight: rows, which are linear, know nothing of where its anchors go.
+// Rotation by some radians per substep, in free flight: linear rows cannot predict where its anchors go.
 TEST_P(LightLinks, WhatSpinsTooFastLosesEnergyUntilItMeets) {
   for (const float spin : {300.0f, 1000.0f, 3000.0f}) {
     WorldDef def = GetParam().quiet();

@@ -1,4 +1,4 @@
-// What a rebuilt manifold keeps of the old one's load: all of it, spread where it lay, whatever the patch.
+// How a rebuilt manifold keeps the old one's load: all of it, spread where it lay, whatever the patch.
 #include "dynamics/manifold_update.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST(ManifoldUpdate, ALoadSharedOutIsWholeAndPushesOnly) {
   }
 }
 
-// As an elastic bed has it: a load inside of a square has its middle where it acts.
+// As for an elastic bed: the centre of a load inside a square is where the load acts.
 TEST(ManifoldUpdate, ASharedOutLoadActsWhereItDid) {
   ContactManifold m{};
   m.normal = {0, 0, 1};

@@ -1,4 +1,4 @@
-// Margins follow the size of bodies: small ones have few neighbours, and are stopped where they land all the same.
+// Margins follow the size of bodies: small ones have few neighbours, and are still stopped where they land.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ TEST(Margin, EverydayBodiesHaveOneCentimetre) {
   EXPECT_LT(half_speculative_margin(0.005f, 1.0f / 240), 0.0004f);
 }
 
-/// Manifolds of 5 × 5 columns of 5 cubes, a quarter of their edge apart.
+/// Manifolds of 5 × 5 columns of 5 cubes, a quarter of an edge length apart.
 double manifolds_per_body(float edge, float dt) {
   WorldDef def = on_one_thread();
   def.dt = dt;
@@ -56,7 +56,7 @@ TEST(Margin, PebblesTouchNoMoreThanBoulders) {
 
 TEST(Margin, WhateverFallsIsStoppedAtTheFloor) {
   for (const float size : {0.005f, 0.02f, 0.1f, 1.0f}) {
-    for (const float height : {0.01f, 0.1f, 0.5f, 1.0f, 10.0f}) {  // of its size
+    for (const float height : {0.01f, 0.1f, 0.5f, 1.0f, 10.0f}) {  // relative to its size
       for (const Shape& shape : {box({size / 2, size / 2, size / 2}), sphere(size / 2), capsule(size / 4, size / 4)}) {
         World world(on_one_thread());
         add_floor(world, size);

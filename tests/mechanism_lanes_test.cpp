@@ -1,5 +1,5 @@
-// Mechanisms of the same shape, which the native simulator solves side by side: each gets the bits that it would get
-// alone. With more threads than mechanisms each is alone; with one thread they share lanes.
+// Mechanisms of the same shape, which the native simulator solves side by side: each gets the same bits as alone. With
+// more threads than mechanisms each is alone; with one thread they share lanes.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace fathom::test::mechanism_lanes_test {
 namespace {
 
-/// What all copies of a mechanism have alike: a tree, and the kinds of its joints.
+/// Common to all copies of a mechanism: a tree, and the kinds of its joints.
 struct Plan {
   struct Link {
     unsigned parent, type;
@@ -34,7 +34,7 @@ struct Plan {
       links.push_back(link);
     }
     hangs = random() % 3 == 0;
-    if (random() % 3 == 0) spin = 300;  // so that some substeps go other ways
+    if (random() % 3 == 0) spin = 300;  // so that some substeps take other branches
   }
 };
 

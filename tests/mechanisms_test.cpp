@@ -25,7 +25,8 @@ TEST(Mechanisms, AChainCarriesAThousandTimesItsLinks) {
   }
 }
 
-// A double pendulum of small balls on long arms, let go level: their own inertia says nothing of how fast they swing.
+// A double pendulum of small balls on long arms, released level: the balls' own inertia says nothing about how fast
+// they swing.
 TEST(Mechanisms, SmallBallsOnLongArmsKeepTheirEnergy) {
   for (const JointWorlds& worlds : {native, device}) {
     World world(worlds.quiet());
@@ -44,7 +45,7 @@ TEST(Mechanisms, SmallBallsOnLongArmsKeepTheirEnergy) {
   }
 }
 
-// Chains of all lengths that swing with all loads: no energy comes from nowhere.
+// Chains of all lengths that swing with all loads gain no energy.
 TEST(Mechanisms, GainNoEnergy) {
   for (unsigned seed = 0; seed < 60; ++seed) {
     Generator random(seed);
@@ -68,7 +69,7 @@ TEST(Mechanisms, GainNoEnergy) {
   }
 }
 
-// Nets, trees, loops, springs and heaps at once: the same bits for every width and any number of threads.
+// Nets, trees, loops, springs and heaps at once: the same bits for every vector width and any number of threads.
 TEST(Mechanisms, AreTheSameAtEveryWidthAndForAnyNumberOfThreads) {
   const auto hash = [](int threads) {
     Generator random(9);

@@ -1,4 +1,4 @@
-// Bodies that moved, told in vector lanes, against the functions of one body.
+// Moving bodies in vector lanes, against the functions for one body.
 #include "native/move_bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ TEST(MoveBodies, BoundsAreThoseOfOneBody) {
       const BodyBounds& now = state.bounds[slot];
       const Velocity& velocity = state.velocities[slot];
       const BodyBounds anew = bounds_of(bodies[slot], state.poses[slot], velocity, dt);
-      // Extents of boxes are summed in another order than by `bounds`.
+      // Extents of boxes are summed in a different order than in `bounds`.
       for (int axis = 0; axis < 3; ++axis) {
         EXPECT_NEAR(now.box.lower[axis], anew.box.lower[axis], 1e-5f);
         EXPECT_NEAR(now.box.upper[axis], anew.box.upper[axis], 1e-5f);
@@ -69,7 +69,7 @@ TEST(MoveBodies, BoundsAreThoseOfOneBody) {
   EXPECT_LT(left, 800);
 }
 
-/// A flight of one body by the laws of dynamics/, as each lane has to go.
+/// A flight of one body by the laws of dynamics/, which each lane must reproduce.
 struct Flown {
   Pose pose;
   Velocity velocity;
@@ -102,8 +102,8 @@ Flown flown(const BodyInfo& info, const Pose& begin, const Velocity& v, const Fo
   return to;
 }
 
-// Every kind of body beside every other in the lanes: still ones, ones at and beyond the limits, spins of many turns a
-// step, damped, forced, of all inertias.
+// Every kind of body beside every other in the lanes: still ones, ones at and beyond the limits, spins of many turns
+// per step, damped, forced, with all kinds of inertia.
 TEST(MoveBodies, EveryLaneFliesAsOneBody) {
   std::mt19937 random(8);
   const auto uniform = [&](float lo, float hi) {
@@ -148,7 +148,7 @@ TEST(MoveBodies, EveryLaneFliesAsOneBody) {
     for (const std::uint32_t slot : slots) {
       const Force force = before.flags[slot] & has_force ? before.forces[slot] : Force{};
       const Flown one = flown(bodies[slot], before.poses[slot], before.velocities[slot], force, p);
-      // Hamilton products round otherwise in lanes; all else is the same.
+      // Hamilton products round differently in lanes; everything else is the same.
       EXPECT_EQ(state.poses[slot].position, one.pose.position) << slot;
       EXPECT_EQ(state.velocities[slot].linear, one.velocity.linear) << slot;
       EXPECT_EQ(state.velocities[slot].angular, one.velocity.angular) << slot;

@@ -154,7 +154,7 @@ TEST(MoveTo, ThePoseThatABodyHasWakesNobody) {
   EXPECT_TRUE(world.is_awake(load));
 }
 
-/// Slower than what counts as slow: what it carries may not be left behind.
+/// Slower than the sleeping threshold: what it carries must not be left behind.
 TEST(MoveTo, ASlowPlatformLeavesNobodyBehind) {
   World world(sleepy_world());
   const BodyId lift = world.add(platform({0, 0, 3}));
@@ -218,7 +218,7 @@ struct Ride {
 };
 
 struct Turntable : testing::TestWithParam<Ride> {
-  /// With the table in it, whose top is at z = 0.1 m.
+  /// A world with the table, whose top is at z = 0.1 m.
   static World make(bool on_device) {
     const Ride& ride = GetParam();
     WorldDef def = quiet_world();
@@ -234,7 +234,7 @@ struct Turntable : testing::TestWithParam<Ride> {
   }
 };
 
-// Without friction's arms turning with the table it went out by ω² Δt / 2 of its radius in every second.
+// Friction's arms must turn with the table; otherwise the crate drifts outwards by ω² Δt / 2 of its radius per second.
 TEST_P(Turntable, ACrateGoesRoundWhereItLies) {
   const Ride& ride = GetParam();
   for (const bool on_device : {false, true}) {
@@ -249,9 +249,8 @@ TEST_P(Turntable, ACrateGoesRoundWhereItLies) {
   }
 }
 
-// A solid ball that rolls on a turntable goes in a circle, round in 7/2 of the table's turns (J. M. Earnshaw, 1844).
-// Its arm does not go round with its spin: where that was taken for it, small balls gained spin until nothing held
-// them.
+// A solid ball that rolls on a turntable moves in a circle, once in 7/2 of the table's turns (J. M. Earnshaw, 1844).
+// Its arm does not turn with its spin; otherwise small balls would gain spin without bound.
 TEST_P(Turntable, ABallRollsInACircle) {
   const Ride& ride = GetParam();
   for (const float ball_radius : {0.008f, 0.03f, 0.1f})

@@ -10,8 +10,8 @@ namespace {
 class OptimizeBroadPhase : public OfJointWorlds {};
 INSTANTIATE_TEST_SUITE_P(Simulators, OptimizeBroadPhase, testing::ValuesIn(joint_worlds), joint_world_name);
 
-/// A floor of tiles, some of which are moved, removed and put back while bodies fall on them. Sorted ahead of steps
-/// where it `optimizes`.
+/// A floor of tiles, some of which are moved, removed and put back while bodies fall on them. If it `optimizes`, bodies
+/// are sorted before the steps.
 std::uint64_t hash_of(const WorldDef& def, bool optimizes) {
   Generator random(7);
   World world(def);
@@ -57,7 +57,7 @@ TEST_P(OptimizeBroadPhase, FindsWhatComesLater) {
   const BodyId ball = world.add(dynamic(sphere(0.5f), {0, 0, 1.1f}));
   for (int i = 0; i < 60; ++i) world.step();
   EXPECT_NEAR(world.pose(ball).position.z, 1, 0.01f);
-  // One that has been found to touch is still asked whether it has parted.
+  // A body found to touch is still checked for having separated.
   world.set_pose(floor, {.position = {0, 0, -3}});
   world.optimize_broad_phase();
   for (int i = 0; i < 20; ++i) world.step();

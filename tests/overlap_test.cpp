@@ -1,4 +1,4 @@
-// Bodies that begin inside each other: they carry each other at once and come apart without a jump.
+// Bodies that start overlapping: they carry each other at once and separate without a jump.
 #include "dynamics/overlap.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ std::vector<BodyId> sunk_stack(World& world, const Shape& shape, float depth) {
   return ids;
 }
 
-/// N, of all contacts with what is fixed, in the last step.
+/// N, over all contacts with fixed bodies, in the last step.
 float force_on_the_ground(const World& world) {
   float impulse = 0;
   world.for_each_contact([&](const ContactInfo& c) {
@@ -33,7 +33,8 @@ float force_on_the_ground(const World& world) {
 
 }  // namespace
 
-// Pushed out at once, the topmost of three 1 cm deep hopped by 29.6 mm at 60 Hz, of 4.9 cm by half a metre.
+// If pushed out at once, the topmost of three bodies would hop by 29.6 mm at 60 Hz for overlaps of 1 cm, by half a
+// metre for 4.9 cm.
 TEST(Overlap, StacksRiseWithoutAHop) {
   for (const float dt : {1.0f / 60, 1.0f / 240, 1.0f / 1000})
     for (const Shape& shape : {box({0.5f, 0.5f, 0.5f}), sphere(0.5f)})
@@ -50,13 +51,13 @@ TEST(Overlap, StacksRiseWithoutAHop) {
           ASSERT_GT(world.pose(top).position.z, start - 0.006f) << depth << " m deep, Δt " << dt << ", step " << i;
           fastest = max(fastest, world.velocity(top).linear.z);
         }
-        // The topmost rises as the overlaps of all three contacts fade, which stiff ones follow closely.
+        // The topmost rises as the overlaps of all three contacts fade, which stiff contacts follow closely.
         EXPECT_LT(fastest, 3 * depth / overlap_time + 1e-3f) << depth << " m deep, Δt " << dt;
         EXPECT_GT(world.pose(top).position.z, 2.99f) << depth << " m deep, Δt " << dt;
       }
 }
 
-// Pushed out at once, two of three balls were in the air for more than 40 steps, and weighed nothing.
+// If pushed out at once, two of three balls would be in the air for more than 40 steps, and weigh nothing.
 TEST(Overlap, CarriesItsLoadAtOnce) {
   WorldDef def = quiet_world();
   def.dt = 0.001f;
@@ -78,7 +79,7 @@ TEST(Overlap, WhatBeginsDeepInsideIsPushedOutAtOnce) {
   EXPECT_GT(world.pose(id).position.z, 0.995f);
 }
 
-// In a crowd a hit throws bouncing bodies into others that no contact expected: they are to bounce from there.
+// In a crowd a hit throws bouncing bodies into others that no contact expected: they must bounce from there.
 TEST(Overlap, WhatBouncesMayBeginDeeper) {
   for (const float restitution : {0.0f, 0.5f}) {
     World world(quiet_world());
@@ -94,7 +95,7 @@ TEST(Overlap, WhatBouncesMayBeginDeeper) {
   }
 }
 
-// What was lifted out lands on the surface, not where it began.
+// A body that was lifted out lands on the surface, not at its starting depth.
 TEST(Overlap, EndsWhereBodiesPart) {
   World world(quiet_world());
   world.add(ground());

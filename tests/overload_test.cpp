@@ -1,4 +1,4 @@
-// Heavy bodies on light ones that no direct solution holds: balls and other things that may roll
+// Heavy bodies on light ones that no direct solution holds: balls and other bodies that may roll
 // (dynamics/overload.hpp).
 #include "dynamics/overload.hpp"
 
@@ -27,14 +27,14 @@ TEST(Overload, TheLighterBodyGrowsAndGivesWayByAQuarter) {
     for (const float ratio : {2.0f, 100.0f, 1e4f}) {
       const float light = 1 / mass, heavy = light / 1e4f, sum = light + heavy;
       const float scale = wanted_inertia(ratio, light, sum, 1e4f * mass);
-      // The effective mass grows with the load, to a quarter of what would give way as under `inertia_load`.
+      // The effective mass grows with the load: the contact yields a quarter of what it would under `inertia_load`.
       const float effective = sum / (light / scale + heavy / wanted_inertia(ratio, heavy, sum, 1e4f * mass));
       EXPECT_LT(ratio / effective, 1.0f) << ratio;
       EXPECT_GE(wanted_inertia(ratio, heavy, sum, 1e4f * mass), 1);
       EXPECT_LT(wanted_inertia(ratio, heavy, sum, 1e4f * mass), 1 + 1e-3f * ratio);
     }
   EXPECT_EQ(wanted_inertia(0.5f, 1, 1, 1), 1);
-  // No more than is of use.
+  // No more than is useful.
   EXPECT_EQ(wanted_inertia(1e30f, 1, 1, 50), 800);
   EXPECT_EQ(wanted_inertia(1e30f, 1, 1, 0), 1);
 }
@@ -51,8 +51,8 @@ TEST(Overload, InertiaFollowsItsLoadAndComesBack) {
   EXPECT_EQ(scale, 1);
 }
 
-/// A slab on 16 balls of 1/16 kg each, `ratio` times as heavy as all of them; the balls' radius in m, and the rate of
-/// steps.
+/// A slab on 16 balls of 1/16 kg each, `ratio` times as heavy as all of them; the balls' radius in m, and the step
+/// rate.
 struct HeavyOnBalls : testing::TestWithParam<std::tuple<float, float, float, bool>> {};
 
 TEST_P(HeavyOnBalls, BallsAreNotPressedIn) {
@@ -68,7 +68,7 @@ TEST_P(HeavyOnBalls, BallsAreNotPressedIn) {
     world.add(dynamic(sphere(radius), {x, y, 0.5f + radius}, 1.0f / 16));
   }
   const BodyId slab = world.add(dynamic(box({6 * radius, 6 * radius, radius}), {0, 0, 0.5f + 3 * radius}, ratio));
-  const float unit = std::sqrt(std::max(1.0f, radius));  // s; what is larger falls more slowly
+  const float unit = std::sqrt(std::max(1.0f, radius));  // s; larger bodies fall more slowly
   for (int i = 0; i < static_cast<int>(3 * unit * rate); ++i) world.step();
   const float sunk = 0.5f + 3 * radius - world.pose(slab).position.z;
   EXPECT_LT(sunk, 0.1f * radius);
@@ -83,7 +83,7 @@ INSTANTIATE_TEST_SUITE_P(Device, HeavyOnBalls,
                          testing::Combine(testing::Values(10.0f, 100.0f), testing::Values(0.02f, 0.5f, 8.0f),
                                           testing::Values(60.0f), testing::Values(true)));
 
-/// What carries little has its own inertia: a cart rolls off a slope as its rollers' masses say.
+/// Bodies with a small load keep their own inertia: a cart rolls down a slope as its rollers' masses determine.
 TEST(Overload, RollersWithAModestLoadKeepTheirInertia) {
   WorldDef def = quiet_world();
   const float tangent = 0.05f, c = 1 / std::sqrt(1 + tangent * tangent);
@@ -100,8 +100,8 @@ TEST(Overload, RollersWithAModestLoadKeepTheirInertia) {
   for (int i = 0; i < 30; ++i) world.step();
   const float v0 = world.velocity(cart).linear.x;
   for (int i = 0; i < 30; ++i) world.step();
-  // The cart moves twice as fast as its rollers; Lagrange's equation in the cart's speed. A capsule's moment about its
-  // axis is near that of a cylinder.
+  // The cart moves twice as fast as its rollers; Lagrange's equation for the cart's speed. A capsule's moment about its
+  // axis is close to that of a cylinder.
   const float inertia = load + 4 * (mass / 4 + 0.5f * mass / 4), force = (load + 4 * mass / 2) * def.gravity.x;
   const float expected = force / inertia * 0.5f;
   EXPECT_NEAR(world.velocity(cart).linear.x - v0, expected, 0.05f * expected);
@@ -113,13 +113,13 @@ WorldDef on(bool device) {
   return def;
 }
 
-/// Tiles and towers of one body on another: edge and height of each (m), how many.
+/// Tiles and towers of bodies on each other: edge and height of each (m), and their number.
 struct Stack {
   float edge, height;
   int count;
 };
 
-// Sag in proportion to the size of what gives way: ten tiles of 1 cm lost a third of their height.
+// Sag is proportional to the size of what yields; otherwise ten tiles of 1 cm lose a third of their height.
 TEST(Overload, SmallStacksKeepTheirHeight) {
   for (const bool device : {false, true})
     for (const Stack& stack : {Stack{0.1f, 0.01f, 10}, Stack{0.1f, 0.01f, 20}, Stack{0.05f, 0.05f, 10},
@@ -137,7 +137,7 @@ TEST(Overload, SmallStacksKeepTheirHeight) {
     }
 }
 
-// Each pair is no more than 10:1, but loads add up.
+// Each pair has a ratio of at most 10:1, but loads add up.
 TEST(Overload, AThinPlateCarriesManyBoxes) {
   for (const bool device : {false, true})
     for (const float mass : {1.0f, 5.0f}) {

@@ -1,4 +1,4 @@
-// The list of overloaded bodies (native/overloads.hpp) does what a look at all bodies does.
+// The list of overloaded bodies (native/overloads.hpp) equals the result of checking all bodies.
 #include "native/overloads.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace fathom::test::overloads_test {
 namespace {
 
-/// By slot, as plainly as can be.
+/// By slot, as simply as possible.
 struct Plain {
   struct Load {
     float now = 0, before = 0, inertia_scale = 1;
@@ -46,7 +46,7 @@ void expect_same(const native::Overloads& overloads, const Plain& plain, int ste
   }
 }
 
-/// `copy` becomes the same through the bytes of a snapshot.
+/// Makes `copy` the same through the bytes of a snapshot.
 void restore(native::Overloads& copy, const native::Overloads& overloads, std::size_t slots) {
   std::vector<std::byte> bytes;
   ByteWriter out(bytes);
@@ -62,7 +62,7 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     std::mt19937 random(seed);
     const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
-    native::Overloads first, second;  // in turn, each made of the other one's bytes
+    native::Overloads first, second;  // alternately, each made from the other one's bytes
     Plain plain;
     for (int step = 0; step < 150; ++step) {
       native::Overloads& overloads = step % 2 ? second : first;
@@ -111,11 +111,11 @@ TEST(Overloads, AreListedOnceHoweverManyThreadsNoteThem) {
     for (std::thread& thread : threads) thread.join();
     for (std::uint32_t i = 0; i < slots; ++i) ASSERT_EQ(overloads.lasts(i), step > 0) << step;
   }
-  // Listed twice, a body would be taken to have been at ease in the last step.
+  // A body listed twice would be taken as not overloaded in the last step.
   for (std::uint32_t i = 0; i < slots; ++i) ASSERT_EQ(overloads.inertia_scale(i), 5) << i;
 }
 
-// Bodies are found by their place among those in contact, whatever slots they have.
+// Bodies are found by their index among those in contact, whatever slots they have.
 TEST(Overloads, AndSupportsDoNotDependOnBodiesElsewhere) {
   const auto tower = [](int others) {
     World world(quiet_world());

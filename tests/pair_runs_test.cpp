@@ -17,7 +17,8 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> values(const std::vector<Pa
   return out;
 }
 
-// As a stable sort by the first body would leave the lists, one after the other; again and again in the same room.
+// The order in which a stable sort by the first body would leave the concatenated lists; again and again in the same
+// memory.
 TEST(PairRuns, InTheOrderOfBodies) {
   test::Generator random(3);
   PairRuns runs;

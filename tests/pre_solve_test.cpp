@@ -1,4 +1,4 @@
-// What the application says of contacts before they are solved, and of pairs before they are contacts.
+// What the application decides about contacts before they are solved, and about pairs before they become contacts.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -91,7 +91,7 @@ std::string error_of(const std::function<void()>& act) {
   return "no error";
 }
 
-/// Only what comes from above meets the platform.
+/// Only bodies from above collide with the platform.
 void let_through_from_below(const World& world, PreSolveContact& contact, BodyId platform) {
   const bool is_a = contact.a == platform;
   const BodyId other = is_a ? contact.b : contact.a;
@@ -112,7 +112,7 @@ TEST_P(PreSolve, APlatformHoldsWhatComesFromAboveAlone) {
       world.step();
       highest = std::max(highest, world.pose(jumper).position.z);
     }
-    // 9 m/s take it 4.1 m up.
+    // 9 m/s carry it up by 4.1 m.
     EXPECT_NEAR(highest, 1.2f + 81 / (2 * g), 0.1f) << "it was held up on its way through";
     EXPECT_GT(world.pose(jumper).position.z, 3.2f);
     EXPECT_LT(world.pose(jumper).position.z, 3.5f);
@@ -197,7 +197,7 @@ TEST_P(PreSolve, ASurfaceMovesAsTheCallbackSays) {
     const auto add_crate = [&] { crate = world.add(asking(dynamic(box({0.5f, 0.5f, 0.2f}), {0, 0, 0.7f}))); };
     is_floor_first ? add_floor() : add_crate();
     is_floor_first ? add_crate() : add_floor();
-    // The floor's surface runs at 1 m/s along x. The velocity is that of b's surface against a's.
+    // The floor's surface moves at 1 m/s along x. The velocity is that of b's surface relative to a's.
     world.set_pre_solve_callback([&](PreSolveContact& c) { c.surface_velocity = {c.a == crate ? 1.0f : -1.0f, 0, 0}; });
     steps(world, 120);
     EXPECT_NEAR(world.velocity(crate).linear.x, 1, 1e-3f);
@@ -237,7 +237,7 @@ TEST_P(PreSolve, WhatIsDisabledTellsOfNothingAndHoldsNothing) {
   EXPECT_NEAR(world.pose(upper).position.z, 1, 0.01f) << "it fell through to the ground";
   EXPECT_FALSE(world.is_awake(upper));
   EXPECT_FALSE(world.is_awake(lower));
-  // Back, they come out of each other without being thrown.
+  // When enabled again, they separate without being thrown.
   enabled = true;
   world.wake(upper);
   float fastest = 0;
@@ -320,7 +320,7 @@ TEST_P(PreSolve, IsAskedAboutEachPartOfACompound) {
   }
 }
 
-/// What a callback says by what it sees alone: some contacts off for a time, others of other materials.
+/// A callback that depends only on what it sees: some contacts off for a time, others with other materials.
 void mix_up(const World& world, PreSolveContact& c) {
   const std::uint32_t pair = c.a.index * 31 + c.b.index;
   const bool is_floor = world.motion(c.a) != MotionType::dynamic;

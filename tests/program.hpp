@@ -1,4 +1,4 @@
-// The program from outside, for tests: started with its output in files of a folder.
+// Runs the program from outside, for tests, with its output in files of a folder.
 #pragma once
 
 #include <fcntl.h>
@@ -78,7 +78,7 @@ class Program : public testing::Test {
   std::string growing(const std::string& name, pid_t process) const {
     return path(name) + ".partial-" + std::to_string(process);
   }
-  /// Waits until the process has written so many bytes of it.
+  /// Waits until the process has written this many bytes of it.
   bool has_grown(const std::string& name, pid_t process, std::size_t bytes = 1) const {
     std::error_code none;
     for (int i = 0; i < 1000; ++i) {
@@ -109,8 +109,8 @@ class Program : public testing::Test {
 
  protected:
   std::string stdout_ = "out", stderr_ = "err";
-  std::vector<int> closed_;              ///< descriptors that the program finds closed
-  rlim_t largest_file_ = RLIM_INFINITY;  ///< bytes; beyond them writing fails as it does on a full disk
+  std::vector<int> closed_;              ///< descriptors that are closed for the program
+  rlim_t largest_file_ = RLIM_INFINITY;  ///< bytes; beyond them writing fails as on a full disk
 };
 
 }  // namespace fathom::test

@@ -58,7 +58,7 @@ void published(WorldDef& def) { apply(Preset::dissertation, def); }
 // --- sweep -------------------------------------------------------------------------------------------------------
 
 TEST(Sweep, FindsWhatTheGridFinds) {
-  // More than one block of the list, and fewer bodies than one; bodies that rest, fall and drift.
+  // More than one block of the list, and fewer bodies than one block; bodies that rest, fall and drift.
   for (const Scene& scene : {drift(1500), layers(1200), spread(100), pyramid(5)})
     for (const Vec3 axis : {Vec3{3, 2, 1}, Vec3{0, 0, 1}}) {
       const Ran tree = ran(scene, 60, [](WorldDef&) {});
@@ -68,7 +68,7 @@ TEST(Sweep, FindsWhatTheGridFinds) {
     }
 }
 
-// Overlaps beyond the slots of a body make the slots more, and the step is done again.
+// If a body has more overlaps than slots, the slots grow and the step is repeated.
 TEST(Sweep, SlotsGrowWithTheMostOverlaps) {
   Scene heap;
   heap.world.gravity = {};
@@ -115,23 +115,23 @@ class Lanes {
   BodyId mover_;
 };
 
-// The second of the two launches begins half a block later, so an element is moved by 512 places a step or more.
+// The second of the two launches begins half a block later, so an element is moved by 512 positions per step or more.
 TEST(Sweep, BodiesThatMoveHalfABlockAStepAreNotMissed) {
   Lanes lanes(BroadPhase::sweep);
   lanes.add_target(36.5f);
   EXPECT_EQ(lanes.pairs_after_step(), 0u);
-  lanes.jump(36.5f);  // 446 places
+  lanes.jump(36.5f);  // 446 positions
   EXPECT_EQ(lanes.pairs_after_step(), 1u);
 }
 
-// A property of the published method, not of the implementation: the list is not sorted until the body has been moved
-// to its place, by 512 to 1,023 places a step; until then its pair is missed.
+// A property of the published method, not of the implementation: the list is unsorted until the body has been moved to
+// its position, by 512 to 1,023 positions per step; until then its pair is missed.
 TEST(Sweep, BodiesThatMoveFartherAreMissedForSomeSteps) {
   for (const BroadPhase broad_phase : {BroadPhase::tree, BroadPhase::sweep}) {
     Lanes lanes(broad_phase);
     lanes.add_target(0.5f);
     EXPECT_EQ(lanes.pairs_after_step(), 0u);
-    lanes.jump(0.5f);  // 4,046 places
+    lanes.jump(0.5f);  // 4,046 positions
     int missed = 0;
     while (missed < 20 && lanes.pairs_after_step() == 0) ++missed;
     if (broad_phase == BroadPhase::tree)
@@ -148,7 +148,7 @@ TEST(Sweep, CountsWhatAFastBodyMissesOnItsWay) {
     Lanes lanes(broad_phase);
     for (float x = 26; x > 0; x -= 12) lanes.add_target(x);
     lanes.pairs_after_step();
-    for (float x = 26; x > 0; x -= 12) {  // 1,200 places a step and more
+    for (float x = 26; x > 0; x -= 12) {  // 1,200 positions per step or more
       lanes.jump(x);
       found[broad_phase == BroadPhase::sweep] += lanes.pairs_after_step();
     }
@@ -159,7 +159,7 @@ TEST(Sweep, CountsWhatAFastBodyMissesOnItsWay) {
   RecordProperty("pairs_missed", static_cast<int>(found[0] - found[1]));
 }
 
-// Where bodies come and go the list is sorted from scratch: nothing is missed then.
+// If bodies come and go, the list is sorted from scratch: then nothing is missed.
 TEST(Sweep, AChangeOfTheSetSortsAnew) {
   Lanes lanes(BroadPhase::sweep);
   lanes.add_target(0.5f);
@@ -183,7 +183,7 @@ TEST(Cells, NumbersFollowTheEquations) {
   }
 }
 
-// Where no body has more than one contact, the order of contacts does not matter: cells and colours give the same bits.
+// If no body has more than one contact, the order of contacts does not matter: cells and colours give the same bits.
 TEST(Cells, SolveWhatColoursSolve) {
   for (const Solver solver : {Solver::soft, Solver::impulse})
     for (const bool warm_start : {true, false}) {
@@ -208,7 +208,7 @@ TEST(Cells, StatesDoNotDependOnThreadsOrStepsAhead) {
   }
 }
 
-// A round of marking gives a body one contact: those that got no batch are not solved, and counted.
+// A round of marking gives a body one contact: contacts without a batch are not solved, but counted.
 TEST(Cells, ConstraintsWithoutABatchAreCounted) {
   const auto rounds = [](int n) { return [n](WorldDef& def) { published(def), def.solver.marking_rounds = n; }; };
   const Ran enough = ran(pyramid(5), 200, rounds(32)), one = ran(pyramid(5), 200, rounds(1));
@@ -276,7 +276,7 @@ TEST(Preset, SaysWhatItDecides) {
 
 // --- hybrid ------------------------------------------------------------------------------------------------------
 
-// Manifolds have the same bits wherever they are made; where pairs are found in the same order, so have states.
+// Manifolds have the same bits wherever they are made; if pairs are found in the same order, so have states.
 TEST(Hybrid, StatesAreTheNativeOnes) {
   for (const Scene& scene : {spread(400), pyramid(8), layers(300)}) {
     const Ran expected = ran(scene, 90, native);

@@ -1,5 +1,5 @@
-// Queries of worlds: the tree must offer every body that is met, whatever happened to the world. Every answer is
-// compared with that of all bodies asked one by one.
+// Queries of worlds: the tree must offer every body that is hit, whatever happened to the world. Every answer is
+// compared with that of testing all bodies one by one.
 #include <gmock/gmock.h>
 
 #include <string>
@@ -19,7 +19,7 @@ struct Tally {
   std::size_t rays = 0, shapes = 0, overlaps = 0, boxes = 0;
 };
 
-/// Asks everything that there is of random places and ways.
+/// Makes every kind of query at random positions and along random paths.
 void compare(QueryScene& scene, Tally& tally) {
   const World& world = scene.world;
   const QueryFilter filter = scene.any_filter();
@@ -124,7 +124,7 @@ TEST(Queries, HitAPebbleFarAway) {
   }
 }
 
-// At ten kilometres a box of less than a millimetre is rounded to a plane, which this ray passes beside.
+// At ten kilometres a box smaller than a millimetre is rounded to a plane, which this ray misses.
 TEST(Queries, HitWhatIsSmallerThanTheRoundingOfItsBox) {
   World world(quiet_world());
   BodyDef pebble = dynamic(sphere(0.0004f), {10000, 0, 0});
@@ -214,7 +214,7 @@ TEST(Queries, OfManyRaysAreThoseOfEach) {
   }
   EXPECT_GT(met, 1000u);
 
-  // Threads ask together; the first of them brings the tree up to date.
+  // Threads query together; the first of them updates the tree.
   scene.world.step();
   std::vector<std::optional<CastHit>> by_threads(rays.size());
   std::vector<std::thread> threads;

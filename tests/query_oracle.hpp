@@ -1,5 +1,5 @@
-// Plain answers to what queries ask of single shapes, in double precision and without the code under test; shapes and
-// scenes to ask about.
+// Simple answers to queries of single shapes, in double precision and without the code under test; shapes and scenes to
+// query.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ inline DVec turned(Quat q, DVec v) {
 }
 inline DVec turned_back(Quat q, DVec v) { return turned(conjugate(q), v); }
 
-/// How far a point in the shape's frame is above its surface, at least; not above zero inside.
+/// A lower bound on the height of a point in the shape's frame above its surface; not above zero inside.
 inline double height(const Shape& shape, DVec p) {
   switch (shape.type) {
     case ShapeType::sphere:
@@ -54,7 +54,7 @@ inline double height(const Shape& shape, DVec p) {
   return highest;
 }
 
-/// How far the shape reaches along a unit vector in its frame.
+/// Extent of the shape along a unit vector in its frame.
 inline double reach(const Shape& shape, DVec n) {
   const DVec h = wide(shape.half_extents);
   switch (shape.type) {
@@ -75,7 +75,7 @@ inline double reach(const Shape& shape, DVec n) {
   return farthest;
 }
 
-/// One of each kind, of about the size `size` (m): plates and rods among the boxes and capsules.
+/// One of each kind, of approximately the size `size` (m): plates and rods among the boxes and capsules.
 inline std::vector<Shape> shapes_of_each_kind(Generator& random, float size = 1) {
   std::vector<Vec3> cloud;
   const int corners = 4 + static_cast<int>(random() % 20);

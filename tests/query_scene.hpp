@@ -1,4 +1,4 @@
-// Random worlds to ask, and all of their bodies asked one by one.
+// Random worlds to query, and tests of all their bodies one by one.
 #pragma once
 
 #include <cmath>
@@ -44,7 +44,7 @@ class QueryScene {
   float any_size() { return smallest * std::pow(largest / smallest, uniform(random, 0, 1)); }
   Shape any_shape() { return shapes_of_each_kind(random, any_size())[random() % 4]; }
   Pose any_placement() { return {centre + spread * in_cube(random), 0, any_rotation(random)}; }
-  /// Mostly towards some body.
+  /// Usually towards some body.
   Vec3 any_way(Vec3 from) {
     const Vec3 aim = random() % 4 ? world.pose(any_body()).position : centre + spread * in_cube(random);
     return uniform(random, 0.5f, 1.5f) * (aim + 0.2f * any_size() * in_cube(random) - from);
@@ -61,7 +61,7 @@ class QueryScene {
     return (categories[id.index] & filter.mask) != 0 && std::ranges::find(filter.ignored, id) == filter.ignored.end() &&
            (!filter.accepts || filter.accepts(id));
   }
-  /// What `ask(geometry, pose)`, an optional `SurfaceHit`, finds of every body that passes, the nearest first.
+  /// What `ask(geometry, pose)`, an optional `SurfaceHit`, finds for every body that passes the filter, nearest first.
   template <class Ask>
   std::vector<CastHit> each(const QueryFilter& filter, const Ask& ask) const {
     std::vector<CastHit> hits;
@@ -73,7 +73,7 @@ class QueryScene {
     std::ranges::stable_sort(hits, {}, &CastHit::fraction);
     return hits;
   }
-  /// Bodies that pass and of which `ask(geometry, pose)` says so.
+  /// Bodies that pass the filter and for which `ask(geometry, pose)` is true.
   template <class Ask>
   std::vector<BodyId> those(const QueryFilter& filter, const Ask& ask) const {
     std::vector<BodyId> ids;

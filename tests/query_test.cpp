@@ -125,7 +125,7 @@ TEST(RayCast, AgreesWithMarching) {
       ASSERT_NEAR(at(hit->fraction), 0, 2e-5f);
       ASSERT_NEAR(length(hit->normal), 1, 1e-5f);
       ASSERT_LT(dot(hit->normal, translation), 1e-4f);
-      // The normal is the surface's: a step along it leaves, the shape lies below its plane.
+      // The normal is the surface's: a step along it leads outside, and the shape lies below its plane.
       const Vec3 local = inverse_rotate(pose.rotation, hit->normal);
       const Vec3 point = inverse_transform(pose, mul_add(origin, hit->fraction, translation));
       ASSERT_LE(dot(local, support(geometry(shape), local)), dot(local, point) + 2e-5f);

@@ -1,4 +1,4 @@
-// Random numbers for tests: the same on every standard library, which its distributions are not.
+// Random numbers for tests: the same with every standard library, unlike the libraries' own distributions.
 #pragma once
 
 #include <fathom/math.hpp>

@@ -34,7 +34,7 @@ class Pictures : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_ / name; }
 
-  /// A command line for the shell, run in the test's folder; "fathom" there is the program.
+  /// A shell command line, run in the test's folder, where "fathom" is the program.
   Outcome shell(const std::string& line) const {
     const std::string command = "cd '" + folder_.path().string() +
                                 "' && fathom() { '" FATHOM_PROGRAM "' \"$@\"; } && { " + line + "; } > out 2> err";
@@ -45,7 +45,7 @@ class Pictures : public testing::Test {
   fathom::test::TestFolder folder_;
 };
 
-/// How much the pixels of a part of the picture (shares of its size) vary: near 0 for an empty one.
+/// How much the pixels of a part of the picture (fractions of its width) vary: near 0 for an empty one.
 double variation(const Image& image, double left = 0, double right = 1) {
   double sum = 0, squares = 0, count = 0;
   for (int y = 0; y < image.height; ++y) {
@@ -104,7 +104,7 @@ TEST_F(Pictures, ARecordingBeginsAtItsBeginningAndSaysWhereItEnds) {
                               " ends at 0.5 s; of what was asked for up to 100 s the rest is not there\n");
     EXPECT_EQ(std::distance(fs::directory_iterator(path("shots")), fs::directory_iterator()), 1);
     fs::remove_all(path("shots"));
-    // What the first or the last state is nearest to is there.
+    // Times nearest to the first or the last state are available.
     EXPECT_EQ(shell(render + recording + " --at 1e-9,0.505 -o shots" + small).exit_code, 0) << recording;
     EXPECT_EQ(shell(render + recording + " --at 1e-9 -o shots" + small).exit_code, 0) << recording;
     EXPECT_EQ(std::distance(fs::directory_iterator(path("shots")), fs::directory_iterator()), 2);
@@ -152,7 +152,7 @@ TEST_F(Pictures, APageShowsItsBodiesInABrowser) {
 TEST_F(Pictures, APageFitsANarrowScreen) {
   if (!has_program("chromium")) GTEST_SKIP() << "there is no chromium here to show the page";
   ASSERT_EQ(shell("fathom render spread --bodies 100 --web page.html --seconds 1 --quiet").exit_code, 0);
-  // Frames are as narrow as they are told to be, a browser's window is not.
+  // Frames can be as narrow as requested, a browser's window cannot.
   std::ofstream(path("page.html"), std::ios::app) << R"(<script>
     const timer = setInterval(() => {
       if (document.documentElement.dataset.state !== 'ready') return;
@@ -180,7 +180,7 @@ TEST_F(Pictures, APageFitsANarrowScreen) {
   ASSERT_EQ(shell(browser + "--screenshot=page.png 'file://" + path("page.html") + "#paused'").exit_code, 0);
   const Image image = read_png(path("page.png"));
   EXPECT_EQ(image.width, 390);
-  // The ground is grey, the bodies are not.
+  // The ground is grey, unlike the bodies.
   const auto colourful = [&](int from, int to) {
     int count = 0;
     for (int y = image.height / 4; y < image.height * 3 / 4; ++y)
@@ -272,7 +272,7 @@ TEST_F(Pictures, AFilmThatFfmpegRefusesIsReported) {
   EXPECT_EQ(outcome.err,
             "fathom: film.nonsense: ends in .nonsense, but the ending tells a film's format; use .mp4, .mkv, .webm or "
             ".gif\n");
-  // One that gives up on the way: with what it said first, and nothing left.
+  // An ffmpeg that gives up midway: reports its first message, and leaves nothing behind.
   std::ofstream(path("ffmpeg")) << "#!/bin/sh\nfor last; do :; done\necho \"${last#file:}: no room\" >&2\nexit 1\n";
   fs::permissions(path("ffmpeg"), fs::perms::owner_all);
   const Outcome gave_up =

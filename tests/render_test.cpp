@@ -21,7 +21,7 @@
 namespace fathom::render::render_test {
 namespace {
 
-/// By the divergence theorem; positive where triangles are counter-clockwise seen from outside.
+/// By the divergence theorem; positive if triangles are counter-clockwise seen from outside.
 double enclosed_volume(const Mesh& mesh) {
   double volume = 0;
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
@@ -128,7 +128,7 @@ TEST(Gpu, ChoicesAreRead) {
   EXPECT_THROW(parse_gpu("-1"), Error);
 }
 
-/// Tests that draw. They do so in software, so that every machine draws the same.
+/// Tests that draw. They use software rendering, so that every machine draws the same.
 class Drawing : public testing::Test {
  protected:
   void SetUp() override {
@@ -196,7 +196,7 @@ TEST_F(Bodies, NearerBodiesHideFartherOnes) {
   const std::vector<Pose> poses{{.position = {0, 3, 0}}, {.position = {0, -1, 0}}};
   const std::vector<Colour> colours{{200, 20, 20}, {20, 200, 20}};
   EXPECT_TRUE(is_green(pixel(draw(bodies, poses, colours), 50, 50)));
-  // The other way round the other is in front.
+  // In the opposite order the other one is in front.
   EXPECT_TRUE(is_red(pixel(draw(bodies, {poses[1], poses[0]}, colours), 50, 50)));
 }
 
@@ -217,14 +217,14 @@ TEST_F(Bodies, EveryShapeIsDrawnWhereItIs) {
   EXPECT_FALSE(is_red(pixel(image, 50, 5)));
 }
 
-/// A quad of triangles that face the camera.
+/// A quad of triangles facing the camera.
 Shape facing_mesh() {
   const Vec3 corners[] = {{-0.6f, 0, -0.6f}, {0.6f, 0, -0.6f}, {0.6f, 0, 0.6f}, {-0.6f, 0, 0.6f}};
   const std::uint32_t indices[] = {0, 1, 2, 0, 2, 3};
   return mesh(corners, indices);
 }
 
-const Quat towards_camera{std::sqrt(0.5f), std::sqrt(0.5f), 0, 0};  // what is up comes towards it, y is up
+const Quat towards_camera{std::sqrt(0.5f), std::sqrt(0.5f), 0, 0};  // up turns towards the camera, y is up
 
 TEST_F(Bodies, SurfacesAreDrawnWhereTheyAre) {
   const float heights[9] = {};
@@ -235,7 +235,7 @@ TEST_F(Bodies, SurfacesAreDrawnWhereTheyAre) {
   const Image& image = draw(bodies, poses, std::vector<Colour>(2, Colour{200, 20, 20}));
   EXPECT_TRUE(is_red(pixel(image, 29, 29)));
   EXPECT_TRUE(is_red(pixel(image, 71, 71)));
-  // To their corners: 0.6 m are 8 pixels.
+  // Up to their corners: 0.6 m are 8 pixels.
   for (const int dx : {-6, 6})
     for (const int dy : {-6, 6}) {
       EXPECT_TRUE(is_red(pixel(image, 29 + dx, 29 + dy))) << dx << " " << dy;
@@ -299,14 +299,14 @@ TEST_F(Bodies, SleepersAreDimmed) {
 }
 
 TEST_F(Bodies, ThrowShadows) {
-  // A plate above a table, seen from above; the sun shines from the upper left.
+  // A plate above a table, seen from above, with the sun at the upper left.
   frame_.camera.eye = {0, 0, 20};
   frame_.camera.target = {0, 0, 0};
   const std::vector<DrawnBody> bodies{{0, box({6, 6, 0.1f})}, {1, box({1, 1, 0.1f})}};
   const auto brightness = [&](float height) {
     const Image& image =
         draw(bodies, {Pose{}, {.position = {0, 0, height}}}, std::vector<Colour>(2, Colour{200, 200, 200}));
-    // Where the middle of the plate's shadow falls.
+    // Where the centre of the plate's shadow falls.
     const Vec3 sun = frame_.look.sun_direction;
     const float x = -3 * sun.x / sun.z, y = -3 * sun.y / sun.z;
     const float scale = 50 / (20 * std::tan(0.35f));
@@ -332,8 +332,8 @@ TEST_F(Bodies, MarksAreDrawnOnTop) {
   EXPECT_TRUE(is_red(pixel(image, 50, 60)));
 }
 
-/// One picture of each environment after a second of simulated time, against tests/images. With the variable
-/// FATHOM_UPDATE_IMAGES set the pictures are written anew; look at them before you keep them.
+/// One picture of each environment after a second of simulated time, against tests/images. If the variable
+/// FATHOM_UPDATE_IMAGES is set, the pictures are rewritten; look at them before you keep them.
 class Environments : public Drawing, public testing::WithParamInterface<const char*> {};
 
 TEST_P(Environments, LookAsTheyDid) {
@@ -394,7 +394,7 @@ TEST(WebPage, HoldsAThousandBodiesForTenSecondsInFiveMegabytes) {
   const std::string html = page.html(true, 0, 0.4f);
   EXPECT_LT(html.size(), 5'000'000u);
   EXPECT_EQ(html.find("{{"), std::string::npos);
-  // Nothing is loaded from elsewhere. Frames are base64, which may have any letters, but no colon.
+  // Nothing is loaded from elsewhere. Frames are base64, which may contain any letters, but no colon.
   EXPECT_THAT(html, testing::Not(testing::HasSubstr("http:")));
   EXPECT_THAT(html, testing::Not(testing::HasSubstr("https:")));
 }

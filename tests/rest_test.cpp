@@ -1,5 +1,4 @@
-// What nobody disturbs comes to rest: bodies of any shape and size, alone on a floor, a few together, and on rough
-// ground.
+// Undisturbed bodies come to rest: of any shape and size, alone on a floor, a few together, and on rough ground.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +27,7 @@ float logarithmic(Generator& random, float lo, float hi) {
   return std::exp(uniform(random, std::log(lo), std::log(hi)));
 }
 
-/// About `size` (m), down to `thinnest` times as thick.
+/// About `size` (m) wide, with a thickness down to the fraction `thinnest` of it.
 Shape any_shape(Generator& random, float size, float thinnest, Kind kind) {
   const float thin = logarithmic(random, thinnest, 1);
   if (kind == Kind::plate || (kind == Kind::any && random() % 2 == 0))
@@ -41,7 +40,7 @@ Shape any_shape(Generator& random, float size, float thinnest, Kind kind) {
   return hull(points);
 }
 
-/// Whether it is awake and has turned in the last quarter of its time, and where it ended.
+/// Whether it is awake and has turned in the last quarter of its time, and whether it ended below.
 struct Rest {
   bool is_restless = false, is_below = false;
 };
@@ -79,7 +78,7 @@ TEST(Rest, ASplinterAloneOnAFloorComesToRest) {
   }
 }
 
-/// Restless ones of `count` pits with `bodies` bodies each.
+/// Counts the restless ones of `count` pits with `bodies` bodies each.
 int restless_pits(const Shape* ground, int count, int bodies, Kind kind) {
   int restless = 0;
   for (int seed = 1; seed <= count; ++seed) {
@@ -119,7 +118,7 @@ TEST(Rest, WhatLiesOnRoughGroundComesToRest) {
   EXPECT_LE(restless_pits(&ground, 100, 1, Kind::any), 4);
 }
 
-/// What is lifted out of a surface never gets energy from it.
+/// A body lifted out of a surface never gains energy from it.
 TEST(Rest, ALiftTakesEnergyAndNeverGivesAny) {
   Generator random(3);
   for (int round = 0; round < 2000; ++round) {

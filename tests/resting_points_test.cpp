@@ -1,4 +1,4 @@
-// Which points of a patch on uneven ground stay (terrain/resting_points.hpp).
+// Which points of a patch on uneven ground are kept (terrain/resting_points.hpp).
 #include "terrain/resting_points.hpp"
 
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ TEST(RestingPoints, ALoadBesideAllOfThemTipsOverThePatchesOwnSide) {
   EXPECT_TRUE(has(kept, 0) && has(kept, 3));
 }
 
-/// Of random points none is below the plane in which the body rests, whatever the load.
+/// No random point is below the plane in which the body rests, whatever the load.
 TEST(RestingPoints, NothingIsLowerThanWhatTheLoadIsOn) {
   Generator random(7);
   for (int round = 0; round < 2000; ++round) {
@@ -64,7 +64,7 @@ TEST(RestingPoints, NothingIsLowerThanWhatTheLoadIsOn) {
     const float x = uniform(random, -0.5f, 0.5f), y = uniform(random, -0.5f, 0.5f);
     const std::vector<FacePoint> kept = chosen(points, x, y);
     ASSERT_GE(kept.size(), 3u);
-    // Some triangle of those kept is under the load and has no point below its plane.
+    // Some triangle of the kept points is under the load and has no point below its plane.
     bool is_found = false;
     for (std::size_t without = 0; without < kept.size() && !is_found; ++without) {
       std::vector<FacePoint> t;

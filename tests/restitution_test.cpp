@@ -1,4 +1,4 @@
-// What bounces: chains of hits, flat falls, energy, and coming to rest.
+// Bouncing: chains of hits, flat falls, energy, and coming to rest.
 #include <gtest/gtest.h>
 
 #include <fathom/world.hpp>
@@ -29,7 +29,7 @@ double kinetic_energy(const World& world, BodyId id, double mass, double inertia
 
 }  // namespace
 
-// Newton's cradle: what hits a row of balls is passed on within one step, whatever their order in memory.
+// Newton's cradle: a hit on a row of balls is transmitted within one step, whatever their order in memory.
 TEST(Restitution, ARowOfBallsPassesAHitOn) {
   for (const float gap : {0.0f, 0.001f}) {
     WorldDef def = bouncing_world();
@@ -49,7 +49,7 @@ TEST(Restitution, ARowOfBallsPassesAHitOn) {
   }
 }
 
-// Two balls that fall on each other: the upper one rises to nine times the height if it weighs next to nothing.
+// Two balls fall on each other: the upper one rises to nine times the height if its mass is negligible.
 TEST(Restitution, ALightBallOnAHeavyOneRisesHigh) {
   WorldDef def = bouncing_world();
   def.dt = 1.0f / 240;
@@ -62,7 +62,7 @@ TEST(Restitution, ALightBallOnAHeavyOneRisesHigh) {
     world.step();
     if (world.velocity(light).linear.z > 0) top = max(top, world.pose(light).position.z);
   }
-  // From v and −v of mass ratio 1,000 the light one leaves with (3 − 1/1000)/(1 + 1/1000) v, at a height of 1.6 m.
+  // From v and −v with a mass ratio of 1,000 the light one leaves at (3 − 1/1000)/(1 + 1/1000) v, at a height of 1.6 m.
   const float speed = std::sqrt(2 * 9.81f) * (2.999f / 1.001f);
   EXPECT_NEAR(top, 1.6f + speed * speed / (2 * 9.81f), 0.3f);
 }
@@ -86,7 +86,7 @@ TEST(Restitution, WhatFallsFlatRisesFlat) {
   }
 }
 
-// Cubes in a closed room without gravity: nobody gains energy, and without friction next to none is lost at e = 1.
+// Cubes in a closed room without gravity: none gains energy, and without friction next to none is lost at e = 1.
 TEST(Restitution, CubesInARoomKeepTheirEnergy) {
   for (const float friction : {0.0f, 0.5f}) {
     WorldDef def = bouncing_world();
@@ -143,7 +143,7 @@ TEST(Restitution, StacksOfWhatBouncesComeToRest) {
   }
 }
 
-// A plate that rises at 2 m/s throws what lies on it no faster than (1 + e) times that.
+// A plate rising at 2 m/s throws bodies on it at no more than (1 + e) times that speed.
 TEST(Restitution, AMovingPlateIsMet) {
   WorldDef def = bouncing_world();
   def.gravity = {};

@@ -30,13 +30,13 @@ BodyDef roller(float speed, float resistance) {
   return def;
 }
 
-/// Gravity of a plane that falls in direction x with this tangent.
+/// Gravity on a plane that descends in direction x with this tangent.
 Vec3 slope(float tangent) {
   const float c = 1 / std::sqrt(1 + tangent * tangent);
   return {g * tangent * c, 0, -g * c};
 }
 
-/// Part of a couple about the contact that brakes the speed of a rolling body: 1 / (1 + I / (m r²)).
+/// Fraction of a couple about the contact that brakes a rolling body's speed: 1 / (1 + I / (m r²)).
 float braking_share(const World& world, BodyId id) {
   const float moment = min_component(world.mass_properties(id).principal_moments);
   return 1 / (1 + moment / (world.mass(id) * 0.25f));
@@ -169,7 +169,7 @@ TEST(Rolling, FrictionBrakesTheSpinOfABall) {
   EXPECT_NEAR((start - world.velocity(id).angular.z) / expected, 1, 0.03f);
 }
 
-/// It loses some of its speed from one face to the next, a share of about (π/32)².
+/// It loses some of its speed from face to face, a fraction of about (π/32)².
 TEST(Rolling, ACylinderRollsDownASlope) {
   for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}})
     for (const float radius : {0.5f, 5.0f}) {
@@ -182,7 +182,7 @@ TEST(Rolling, ACylinderRollsDownASlope) {
       const BodyId id = world.add(rod);
       run(world, 60);
       const Vec3 moved = world.pose(id).position;
-      // Half of 2/3 of what it would slide without friction.
+      // Half of 2/3 of its slide without friction.
       EXPECT_NEAR((axis.x > 0 ? -moved.y : moved.x), 2.0f / 3, 0.1f) << radius;
       EXPECT_NEAR((moved.z - 0.5f) / radius, 1, 0.01f) << radius;
     }

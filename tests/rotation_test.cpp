@@ -1,4 +1,4 @@
-// What turns bodies, over the whole range of floats that a world accepts.
+// Rotation of bodies, over the whole range of floats that a world accepts.
 #include "dynamics/rotation.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ class Rotations : public testing::Test {
   Generator random_{7};
 
   float uniform(float lo, float hi) { return test::uniform(random_, lo, hi); }
-  /// Of any magnitude between two powers of ten.
+  /// Any magnitude between two powers of ten.
   float magnitude(float from, float to) { return std::pow(10.0f, uniform(from, to)); }
   Vec3 direction() { return on_sphere(random_); }
   Quat orientation() { return normalize(Quat{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}); }
@@ -39,7 +39,7 @@ TEST_F(Rotations, ExponentialIsExactForAnyAngle) {
     // Both signs are the same rotation.
     const double sign =
         c * wide(q.w) + s * (wide(phi.x) * wide(q.x) + wide(phi.y) * wide(q.y) + wide(phi.z) * wide(q.z)) < 0 ? -1 : 1;
-    const double tolerance = 3e-7 + 2e-7 * true_angle;  // that of the angle's own rounding
+    const double tolerance = 3e-7 + 2e-7 * true_angle;  // for the rounding of the angle itself
     ASSERT_NEAR(sign * wide(q.w), c, tolerance) << angle;
     ASSERT_NEAR(sign * wide(q.x), s * wide(phi.x), tolerance) << angle;
     ASSERT_NEAR(sign * wide(q.y), s * wide(phi.y), tolerance) << angle;
@@ -75,7 +75,7 @@ TEST_F(Rotations, LimitedCutsToTheLimitAndLeavesTheRest) {
   }
 }
 
-/// A solid box's inertia, in axes of its own or any others.
+/// A solid box's inertia, in its own axes or any others.
 struct Solid {
   SymMat3 inertia, inverse_inertia;
 
@@ -98,7 +98,7 @@ struct Solid {
   Vec3 momentum(Quat q, Vec3 w) const { return rotate(q, inertia * inverse_rotate(q, w)); }
 };
 
-// Sizes from 1 mm to 1 km, slenderness to 1000:1, spins to 1000 rad/s and, cut, far beyond.
+// Sizes from 1 mm to 1 km, slenderness to 1000:1, spins to 1000 rad/s and, clamped, far beyond.
 TEST_F(Rotations, TorqueFreeStepsNeitherGainEnergyNorDiverge) {
   for (int i = 0; i < 2000; ++i) {
     const float size = magnitude(-3, 3), slender = magnitude(-3, 0), other = magnitude(-3, 0);
@@ -116,7 +116,7 @@ TEST_F(Rotations, TorqueFreeStepsNeitherGainEnergyNorDiverge) {
   }
 }
 
-// Where a substep turns a body by less than a quarter of a radian, momentum stays where it was.
+// If a substep turns a body by less than a quarter of a radian, angular momentum is conserved.
 TEST_F(Rotations, TorqueFreeStepsKeepTheMomentum) {
   for (int i = 0; i < 500; ++i) {
     const float slender = magnitude(-1.7f, 0);
@@ -131,7 +131,7 @@ TEST_F(Rotations, TorqueFreeStepsKeepTheMomentum) {
   }
 }
 
-// Against a thousand times smaller steps in double precision.
+// Against steps a thousand times smaller, in double precision.
 TEST_F(Rotations, TorqueFreeStepsFollowEulersEquations) {
   for (int i = 0; i < 50; ++i) {
     const Vec3 half{1, magnitude(-1.7f, 0), magnitude(-1.7f, 0)};

@@ -1,4 +1,4 @@
-// Compounds of scene files.
+// Compounds in scene files.
 #include <gtest/gtest.h>
 
 #include <fathom/compound.hpp>

@@ -1,4 +1,4 @@
-// Joints in scene files: what they say is what the joints are, and every mistake gets one error with its place and
+// Joints in scene files: joints match what the file says, and every mistake gets one error with its location and
 // remedy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ TEST(SceneJoints, JointWithEverything) {
 }
 
 TEST(SceneJoints, AJointsPointIsThatOfBothBodies) {
-  // Joints may stand before the bodies; what is absent is the default.
+  // Joints may precede the bodies; absent values are defaults.
   const Scene scene = parse("[[joint]]\ntype = \"ball\"\na = \"post\"\nb = \"a\"\npoint = [0.5, 0, 2]\n" + jointed);
   ASSERT_EQ(scene.joints.size(), 1u);
   const JointDef& def = scene.joints[0].def;
@@ -78,7 +78,7 @@ TEST(SceneJoints, RepeatedJointsCountTheBodiesUp) {
   EXPECT_EQ(scene.joints[1].b, 4u);
   EXPECT_TRUE(scene.joints[1].def.frame_a.position == (Vec3{0.5f, 0, 0}));
   EXPECT_TRUE(scene.joints[1].def.frame_b.position == (Vec3{-0.5f, 0, 0}));
-  // A body without a number is in all of them; the point goes along with the other one.
+  // A body without a number applies to all of them; the point moves along with the other one.
   for (const bool post_first : {true, false}) {
     const std::string bodies = post_first ? "a = \"post\"\nb = \"link.0\"\n" : "a = \"link.0\"\nb = \"post\"\n";
     scene = parse(joint_with(bodies + "point = [1, 0, 1]\nrepeat = 3"));
@@ -132,7 +132,7 @@ TEST(SceneJoints, AJointsAxisPointsThereOnBothBodies) {
                                                {"[1, 2, -3]", {1, 2, -3}}};
   for (const auto& [text, axis] : axes) {
     const JointDef def = read_joint(joint_of("revolute", "axis = " + std::string(text)));
-    const Quat on_a = Quat{0, 0, 1, 0} * def.frame_b.rotation;  // `a` is turned by half a turn about y
+    const Quat on_a = Quat{0, 0, 1, 0} * def.frame_b.rotation;  // `a` is rotated by half a turn about y
     expect_near(rotate(def.frame_a.rotation, {1, 0, 0}), normalize(axis));
     expect_near(rotate(on_a, {1, 0, 0}), normalize(axis));
     expect_near(rotate(on_a, {0, 1, 0}), rotate(def.frame_a.rotation, {0, 1, 0}));
@@ -224,7 +224,7 @@ TEST(SceneJoints, JointsHoldInTheWorld) {
 
 TEST(SceneJoints, AJointThatTheWorldRefusesIsNamed) {
   Scene scene = parse(joint_with("a = \"post\"\nb = \"a\"\npoint = [0, 0, 2]"));
-  scene.world.partition = Partition::cells;  // as the command line may say
+  scene.world.partition = Partition::cells;  // as the command line may set
   World world(scene.world);
   try {
     SceneInstance instance(scene, world);
@@ -292,7 +292,7 @@ TEST(SceneJoints, JointMistakes) {
        "scene.toml:23:5: neither 'a' nor 'b' is dynamic; a joint can move dynamic bodies alone"},
       {"[simulator]\npartition = \"cells\"\n" + joint_with(pair + "point = [0, 0, 0]"),
        "scene.toml:18:1: the partition 'cells' is for contacts alone; leave it out of [simulator], or the joints"},
-      // Numbers of a repetition are names like any other.
+      // Numbers of a repetition are part of ordinary names.
       {jointed + "[[body]]\nname = \"link.1\"\nshape = {type = \"sphere\", radius = 1}\n",
        "scene.toml:17:8: another body is named 'link.1'; names are unique"},
   };

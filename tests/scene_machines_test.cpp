@@ -1,4 +1,4 @@
-// The examples of machines, each run for what it is there to show; SceneExamples runs all of them for a few steps.
+// The examples of machines, each run for what it demonstrates; SceneExamples runs all of them for a few steps.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -29,7 +29,7 @@ struct Example {
     ADD_FAILURE() << name;
     return {};
   }
-  /// Of the joint whose B is named so.
+  /// Of the joint whose B has this name.
   float twist(std::string_view name) const {
     for (const JointId id : world.joints())
       if (world.joint(id).b == find(name))
@@ -46,7 +46,7 @@ TEST(SceneMachines, TheRagdollLiesDownWithinItsLimits) {
   for (int i = 0; i < 600; ++i) {
     example.step(1);
     for (const char* shin : {"shin_left", "shin_right"}) {
-      // A contact's blow may press a limb past its limit for a moment.
+      // An impact may press a limb past its limit for a moment.
       ASSERT_GT(example.twist(shin), -0.1f) << i;
       ASSERT_LT(example.twist(shin), 2.2f + 0.1f) << i;
       bent = max(bent, example.twist(shin));
@@ -88,7 +88,7 @@ TEST(SceneMachines, TheDrumWindsItsChainUp) {
     example.step(1);
     widest = max(widest, widest_gap(example.world));
   }
-  // The chain's middle lies 0.43 m from the axle; straight links cut the corner.
+  // The chain's centre is 0.43 m from the axle; straight links cut the corner.
   EXPECT_NEAR(example.height("weight") - start, 3 * 0.43f, 0.1f);
   EXPECT_NEAR(example.world.velocity(example.find("drum")).angular.y, -0.5f, 0.02f);
   EXPECT_LT(widest, 0.02f);

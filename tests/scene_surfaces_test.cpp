@@ -1,5 +1,5 @@
-// Triangle meshes and height fields of scene files: every source gives the triangles that it says, and every mistake
-// gets one error with its place and remedy.
+// Triangle meshes and height fields in scene files: every source gives its triangles, and every mistake gets one error
+// with its location and remedy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* body = "\n[[body]]\nmotion = \"static\"\nshape = \"ground\"\n";
 
-/// The keys begin in line 2.
+/// The keys begin on line 2.
 std::string scene_with(const std::string& keys) { return "[shapes.ground]\n" + keys + body; }
 
 std::string error_of(const std::string& text, const std::string& file = "scene.toml") {
@@ -43,14 +43,14 @@ const HeightField& field_of(const Scene& scene) {
   return static_cast<const HeightField&>(*scene.bodies[0].shape.surface);
 }
 
-/// Scene files and what they name lie in a folder.
+/// Scene files and the files they name are in one folder.
 class SceneSurfaces : public testing::Test {
  protected:
   void write(const std::string& name, const std::string& bytes) const {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
   }
   Scene parse(const std::string& keys) const { return parse_scene(scene_with(keys), folder_ / "scene.toml"); }
-  /// Without the folder, whose name nobody knows.
+  /// Without the folder, whose name is arbitrary.
   std::string error(const std::string& keys) const {
     std::string text = error_of(scene_with(keys), folder_ / "scene.toml");
     const std::string here = folder_ / "";
@@ -154,7 +154,7 @@ TEST_F(SceneSurfaces, HolesAreCells) {
 
 constexpr const char* pictured = "type = \"height_field\"\ncell = 1\nfile = \"ground.pgm\"\nscale = 10\n";
 
-/// Seen from above, y up, the ground looks as the picture does.
+/// Seen from above, y up, the ground looks like the picture.
 TEST_F(SceneSurfaces, APicturesLowestLineIsTheFirst) {
   write("ground.pgm", std::string("P5\n3 2\n255\n") + std::string("\0\x33\x66\x99\xcc\xff", 6));
   const Scene scene = parse(pictured + std::string("offset = -1"));
@@ -173,7 +173,7 @@ TEST_F(SceneSurfaces, PicturesHaveTwoBytesAPixelWhereWhiteIsAbove255) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(field_of(scene).heights()[i], heights[i], 1e-5f) << i;
 }
 
-/// White is what the head says, not 255.
+/// White is the value in the header, not 255.
 TEST_F(SceneSurfaces, PicturesMayHaveAnotherWhite) {
   write("ground.pgm", std::string("P5\n2 2\n100\n") + std::string("\0\x32\x64\0", 4));
   EXPECT_THAT(field_of(parse(pictured)).heights(), testing::ElementsAre(10, 0, 0, 5));
@@ -196,7 +196,7 @@ TEST(SceneSurface, WavesAndHillsAreOfTheirSeed) {
     EXPECT_GE(lowest, -1);
     EXPECT_LE(highest, 1);
     EXPECT_GT(highest - lowest, 0.8f);
-    // Nowhere as steep as it is high.
+    // Nowhere as steep as its total height.
     for (std::size_t i = 40; i < first.size(); ++i) EXPECT_LT(std::abs(first[i] - first[i - 40]), 1) << i;
   }
 }
@@ -415,7 +415,7 @@ TEST(SceneSurface, IsRefusedByTheDeviceSimulator) {
 
 // Anything at all -----------------------------------------------------------------------------------------------
 
-/// Cut off somewhere, or with some other bytes.
+/// Truncated somewhere, or with some bytes changed.
 std::string altered(std::string text, Random& random) {
   if (random.bits() % 3 == 0) text.resize(random.bits() % (text.size() + 1));
   for (std::uint64_t edits = random.bits() % 6; edits > 0 && !text.empty(); --edits) {
@@ -427,7 +427,7 @@ std::string altered(std::string text, Random& random) {
   return text;
 }
 
-/// How many of them were read; whatever else happens is an `Error`.
+/// How many of them could be read; any other outcome is an `Error`.
 template <class Parse>
 int read_of(int count, const std::string& sound, const Parse& parse) {
   Random random(7);

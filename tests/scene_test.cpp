@@ -1,4 +1,4 @@
-// Scene files: what they say is what the scene is, and every mistake gets one error with its place and remedy.
+// Scene files: scenes match what the file says, and every mistake gets one error with its location and remedy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ std::string error_of(const std::string& text) {
   return "(no error)";
 }
 
-/// A body that is right but for what `more` adds.
+/// A body that is valid except for what `more` adds.
 std::string body_with(const std::string& more) {
   return "[[body]]\nshape = {type = \"sphere\", radius = 0.5}\n" + more + "\n";
 }
@@ -233,7 +233,7 @@ TEST(SceneFile, WrongKeysAreNamedWithTheNearestRightOne) {
        "restitution_rule, rolling_resistance, surface_velocity"},
       {"[shapes.ball]\ntype = \"sphere\"\nradius = 1\nhalf_length = 2\n" + body_with(""),
        "scene.toml:4:1: unknown key 'half_length' in [shapes.ball]; known: type, radius"},
-      // The first in the file, not the first in the alphabet.
+      // The first in the file, not the first in alphabetical order.
       {body_with("zz_one = 1\naa_two = 2"), "scene.toml:3:1: unknown key 'zz_one'"},
   };
   for (const Mistake& mistake : mistakes) EXPECT_THAT(error_of(mistake.text), testing::StartsWith(mistake.error));
@@ -296,7 +296,7 @@ TEST(SceneFile, NumbersOutOfRange) {
   for (const Mistake& mistake : mistakes) EXPECT_EQ(error_of(mistake.text), mistake.error);
 }
 
-// What a world would refuse, or would not do what is asked, is refused with its place in the file.
+// Values that a world would reject, or that would have no effect, are rejected with their location in the file.
 TEST(SceneFile, WhatAWorldRefusesHasItsPlace) {
   const Mistake mistakes[] = {
       {body_with("inertia = [1, 1, 10]"),
@@ -326,7 +326,7 @@ TEST(SceneFile, WhatAWorldRefusesHasItsPlace) {
        "scene.toml:2:11: 'threads' must be between 0 and 1024, not 5000"},
   };
   for (const Mistake& mistake : mistakes) EXPECT_EQ(error_of(mistake.text), mistake.error);
-  // At rest, a velocity may be said.
+  // A fixed body may state a velocity of zero.
   EXPECT_EQ(parse_scene(body_with("motion = \"fixed\"\nvelocity = [0, 0, 0]"), "scene.toml").bodies[0].motion,
             MotionType::fixed);
 }

@@ -1,4 +1,5 @@
-// Seams between shapes that do not move against each other (collision/seam.hpp, native/seams.hpp, device/seams.hpp).
+// Seams between shapes that do not move relative to each other (collision/seam.hpp, native/seams.hpp,
+// device/seams.hpp).
 #include "collision/seam.hpp"
 
 #include <gtest/gtest.h>
@@ -46,7 +47,7 @@ TEST(Seam, TheSideOfATileBesideAnotherIsHidden) {
   EXPECT_FALSE(counts(level, side));
   EXPECT_FALSE(counts(level, edge));
   EXPECT_TRUE(counts(level, top));
-  // Where the neighbour is lower by more than the gap, and where it is too far away, they can be touched.
+  // If the neighbour is lower by more than the gap, or too far away, they can be touched.
   for (const Vec3 place : {Vec3{2, 0, -6 * lengths.gap}, Vec3{2 + 6 * lengths.gap, 0, 0}})
     for (const Manifold& m : {side, edge, top}) EXPECT_TRUE(counts({{beside(tile, place)}}, m));
 }
@@ -57,7 +58,7 @@ TEST(Seam, BothFacesOfACornerCount) {
     const Beside wall{{beside(box({0.1f, 1, 1}), place)}};
     const Manifold foot = at({place.x - 0.1f, 0, 0.5f}, {0, 0, 1});
     EXPECT_TRUE(counts(wall, foot));
-    // So does the floor under what has been pressed into the wall.
+    // So does the floor below a body that has been pressed into the wall.
     const Manifold behind = at({place.x - 0.07f, 0, 0.5f}, {0, 0, 1});
     EXPECT_TRUE(counts_at_seam(geometry(tile), wall, behind, {place.x - 0.2f, 0, 0.7f}, lengths));
   }
@@ -94,7 +95,7 @@ TEST(Seam, NormalsOfARidgeCount) {
 TEST(Seam, WhatIsHiddenMakesWayForTheFaceThatCanBeSeen) {
   const Beside level{{beside(tile, {2, 0, 0})}};
   const Geometry cube = geometry(box({0.2f, 0.2f, 0.2f}));
-  // The cube has come over the tile by less than it is pressed into it.
+  // The cube has moved over the tile by less than it is pressed into it.
   const Pose pose{.position = {1.199f, 0, 0.698f}};
   AxisCache axis;
   const Manifold m = collide(geometry(tile), cube, pose, 0.01f, axis);
@@ -104,7 +105,7 @@ TEST(Seam, WhatIsHiddenMakesWayForTheFaceThatCanBeSeen) {
   ASSERT_GT(kept.manifold.count, 0);
   EXPECT_GT(kept.manifold.normal.z, 0.99f);
   EXPECT_NEAR(kept.manifold.points[0].separation, -0.002f, 1e-4f);
-  // Not yet over it: the neighbour holds it.
+  // Not over it yet: the neighbour holds it.
   const Pose before{.position = {1.203f, 0, 0.698f}};
   axis = {};
   const Manifold ahead = collide(geometry(tile), cube, before, 0.01f, axis);
@@ -130,7 +131,7 @@ BodyDef slider(const Shape& shape, Vec3 position, float speed = 0) {
   return def;
 }
 
-/// Tiles of these edges whose tops are at 0, along a way that leaves the origin under this angle.
+/// Tiles with these edge lengths and their tops at 0, along a path from the origin at this angle.
 void add_tiles(World& world, float edge_x, float edge_y, float angle, float length) {
   const float c = std::cos(angle), s = std::sin(angle), reach = length + 2;
   const Shape shape = box({0.5f * edge_x, 0.5f * edge_y, 0.5f * edge_x});
@@ -228,7 +229,7 @@ TEST(Seams, ACornerHoldsWhatLeansInIt) {
       BodyDef def = dynamic(box({0.5f, 0.2f, 0.02f}), {}, 1);
       def.material.friction = 0.3f;
       def.pose.rotation = axis_angle({0, 1, 0}, tilt);
-      const Vec3 end = rotate(def.pose.rotation, {0.5f, 0, -0.02f});  // its lower edge lies in the corner
+      const Vec3 end = rotate(def.pose.rotation, {0.5f, 0, -0.02f});  // its lower edge is in the corner
       def.pose.position = Vec3{corner, 1.5f * (tilt - 0.7f), 0} - end;
       const BodyId body = world.add(def);
       run(world, 1);

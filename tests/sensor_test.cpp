@@ -1,4 +1,5 @@
-// Sensors: who is in them, on every simulator; fast bodies, sleepers, shapes of all kinds, removals, snapshots.
+// Sensors: which bodies are in them, on every simulator; fast bodies, sleepers, shapes of all kinds, removals,
+// snapshots.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -62,7 +63,7 @@ TEST_P(Sensor, TellsOfWhatFallsThroughIt) {
   EXPECT_EQ(begun[0].sensor, gate);
   EXPECT_EQ(begun[0].body, ball);
   EXPECT_LT(begun[0].step, ended[0].step);
-  // It fell as if there were nothing, in which nothing began.
+  // It fell as if nothing were there, and no contact began.
   EXPECT_NEAR(world.velocity(ball).linear.z, -9.81f, 1e-3f);
 }
 
@@ -116,7 +117,7 @@ TEST_P(Sensor, SeesWhatCrossesItWithinAStep) {
   EXPECT_EQ(begun, ended);
 }
 
-// The sensor flies, what it crosses stands still; and what is put elsewhere by hand has not crossed anything.
+// The sensor flies and what it crosses stands still; a body moved by the application has crossed nothing.
 TEST_P(Sensor, MovesThroughOthersWithinAStep) {
   World world(GetParam().quiet());
   BodyDef flying = sensor(sphere(0.1f), {-4, 0, 5}, MotionType::kinematic);
@@ -211,7 +212,7 @@ TEST_P(Sensor, DoesNotSeeSensorsAndIsNotThereForQueries) {
   EXPECT_THAT(world.overlap_shape(sphere(1), {}, {.sensors = true}), ElementsAre(one, other));
 }
 
-// Random worlds: all pairs, asked one by one, are those that are told of; events add up to what is inside.
+// Random worlds: events and contents match testing all pairs one by one; events add up to what is inside.
 TEST_P(Sensor, TellsWhatDistancesSay) {
   for (unsigned seed = 0; seed < 3; ++seed) {
     WorldDef def = GetParam().sleepy(1 + static_cast<int>(seed) % 2);
@@ -303,7 +304,7 @@ TEST(SensorShapes, AreOfAnyKind) {
   }
 }
 
-// Events of steps that nobody looked at add up; states do not depend on who reads.
+// Events of unread steps add up; states do not depend on reading.
 TEST(SensorAhead, CollectsEvents) {
   std::vector<std::uint64_t> hashes;
   std::vector<std::size_t> begun;

@@ -1,4 +1,4 @@
-// Distances of shapes, each proved: two points at that distance, and a slab between the shapes as wide.
+// Distances of shapes, each proved by two points at that distance, and a slab of that width between the shapes.
 #include "geometry/separation.hpp"
 
 #include <gtest/gtest.h>
@@ -23,9 +23,9 @@ double size_of(const Shape& shape) {
   return std::max({reach(shape, {1, 0, 0}), reach(shape, {0, 1, 0}), reach(shape, {0, 0, 1})});
 }
 
-/// Of convex shapes nothing else is right.
+/// For convex shapes no other result is correct.
 void prove(const Separation& s, const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b) {
-  const double tolerance = 4e-6 * (size_of(a) + size_of(b));  // of hulls' planes, which are single
+  const double tolerance = 4e-6 * (size_of(a) + size_of(b));  // for hulls' planes, which are in single precision
   const DVec origin = wide(at_a.position), on_a = origin + oracle(s.on_a), on_b = origin + oracle(s.on_b);
   ASSERT_LE(height_at(a, at_a, on_a), tolerance);
   ASSERT_LE(height_at(b, at_b, on_b), tolerance);

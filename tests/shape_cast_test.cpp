@@ -1,4 +1,4 @@
-// Shapes on their way, against closed forms and against the least of their distance, which is found by sections.
+// Moving shapes, against closed forms and against the minimum of their distance, found by sections.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -12,14 +12,14 @@ namespace {
 
 using namespace test;
 
-/// Distance after a fraction of the way; separation_test.cpp proves it.
+/// Distance after a fraction of the path; separation_test.cpp proves it.
 double distance_at(const PlacedShape& moving, Vec3 way, const PlacedShape& still, double t) {
   const Vec3d shift = t * to_double(way);
   return separation(still, moving, shift, moving.position + shift - still.position).distance;
 }
 
-/// The distance is a convex function of the way: its least is found by thirds, and where it gets to zero by halves.
-/// Above 1 where it never does.
+/// The distance is convex along the path: its minimum is found by ternary search, and its zero by bisection. Above 1 if
+/// there is none.
 double first_touch(const PlacedShape& moving, Vec3 way, const PlacedShape& still) {
   const auto at = [&](double t) { return distance_at(moving, way, still, t); };
   if (at(0) == 0) return 0;
@@ -48,7 +48,7 @@ struct Tally {
   int hits = 0, misses = 0, inside = 0;
 };
 
-/// Compares a cast with where the distance vanishes.
+/// Compares a cast with the zero of the distance.
 void compare(const PlacedShape& moving, Vec3 way, const PlacedShape& still, Tally& tally) {
   const auto hit = shape_cast(moving, way, still);
   const double expected = first_touch(moving, way, still);
@@ -72,7 +72,7 @@ void compare(const PlacedShape& moving, Vec3 way, const PlacedShape& still, Tall
   if (expected > 1) return;  // within the tolerance: they graze
   const double closing = -dot(to_double(hit->normal), to_double(way));
   ASSERT_NEAR(to_double(hit->fraction), expected, (2e-6 * thin + 1e-7 * whole) / closing + 1e-7);
-  // Where the still shape is, and nothing of it beyond the plane.
+  // On the still shape, none of which is beyond the plane.
   const Vec3d n = to_double(hit->normal), on_still = to_double(hit->point) - still.position;
   const double size = length(still.reach()), rounding = 1e-5 * size + 2e-7 * length(to_double(hit->point));
   ASSERT_NEAR(dot(n, on_still), dot(n, still.support(n)) + still.radius, rounding);

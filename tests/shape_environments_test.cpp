@@ -1,4 +1,4 @@
-// The environments of other shapes than cubes in order: small ones, on both simulators.
+// The environments with other shapes than ordered cubes: small versions, on both simulators.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ TEST_P(ShapeEnvironments, HaveTheBodiesThatAreAskedFor) {
   EXPECT_EQ(dynamic_body_count(scene), static_cast<std::size_t>(GetParam().bodies));
   EXPECT_EQ(scene.name, GetParam().name);
   EXPECT_FALSE(scene.world.sleep.enabled);
-  // Nobody begins in another. (In the yard, as in Box3D's, the first rocks hang over the column, down to its top.)
+  // No body starts inside another. (In the yard, as in Box3D's, the first rocks hang over the column, down to its top.)
   if (scene.name == "junkyard") return;
   std::vector<Pose> poses;
   for (const BodyDef& body : scene.bodies) poses.push_back(body.pose);
@@ -67,7 +67,7 @@ TEST_P(ShapeEnvironments, LoseNobody) {
     EXPECT_EQ(q.escaped, 0u);
     EXPECT_EQ(q.bodies_below_ground, 0u);
     EXPECT_EQ(q.non_finite, 0u);
-    // What blades of a drum throw about at 7 m/s is deep in the moment; `BladesOfADrum…` looks at many.
+    // Bodies thrown about at 7 m/s by the blades of a drum overlap deeply for a moment; `BladesOfADrum…` looks at many.
     if (!scene_is_thrown_about) {
       EXPECT_LE(q.overlap_max, 0.1);
     }
@@ -101,7 +101,7 @@ TEST(ShapeEnvironment, DefaultsAreThoseOfBox3D) {
   EXPECT_EQ(grid.joints.size(), 19800u - 99) << "without those between fixed ones";
 }
 
-/// The surfaces' environments, of which the device simulator has none.
+/// The environments with surfaces, of which the device simulator has none.
 constexpr Small on_surfaces[] = {{"trees100", 50, 300}, {"trees50", 20, 200}, {"terrain", 300, 400}};
 
 TEST(ShapeEnvironment, LandscapesLoseNobody) {
@@ -126,7 +126,7 @@ TEST(ShapeEnvironment, TreesAreAsLongAsBox3DsAndTheirMeshesAsFine) {
   ASSERT_EQ(scene.bodies.size(), 51u);
   const Compound& tree = *scene.bodies[1].shape.compound;
   EXPECT_EQ(tree.children().size(), 22u);
-  // Parts of 1.5 m with balls' room of 0.75 m · 0.95ⁿ below and above; each stands where the last one's ends.
+  // Parts of 1.5 m with room for balls of 0.75 m · 0.95ⁿ below and above; each starts where the last one's room ends.
   const double room = 1.5 * (1 - std::pow(0.95, 22)) / 0.05, ends = 0.75 - 0.75 * std::pow(0.95, 21);
   EXPECT_NEAR(tree.bounds().upper.z - tree.bounds().lower.z, 22 * 1.5 + room + ends, 0.01);
 }
@@ -144,7 +144,7 @@ TEST(ShapeEnvironment, ALargeWorldCarriesItsBalls) {
   }
 }
 
-// Blades at 7 m/s ran over the cubes that they carried when these met the wall within a step.
+// Blades at 7 m/s must not run over the cubes they carry when these hit the wall within a step.
 TEST(ShapeEnvironment, BladesOfADrumDoNotRunOverWhatTheyCarry) {
   for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device}) {
     Scene scene = find_environment("washer")->make(216);
@@ -164,7 +164,6 @@ TEST(ShapeEnvironment, BladesOfADrumDoNotRunOverWhatTheyCarry) {
   }
 }
 
-// A drum's parts and the pusher are where a turn of the whole takes them, whatever the number of steps.
 // The widest gaps of a net that hangs still and of chains that swing.
 TEST(ShapeEnvironment, JointsHold) {
   EXPECT_LE(simulate({"joint_grid", 90, 120}, SimulatorKind::native, 1).quality.joint_gap_max, 2e-3);
@@ -172,8 +171,8 @@ TEST(ShapeEnvironment, JointsHold) {
   EXPECT_LE(simulate({"chains", 105, 240}, SimulatorKind::native, 1).quality.joint_gap_max, 1e-4);
 }
 
-// Of ragdolls that hit the ground at 20 m/s, once they lie. A body of 90 kg behind a head threw its neck round at
-// 3,840 rad/s, and parted by kilometres.
+// Ragdolls that hit the ground at 20 m/s, once they lie. A body of 90 kg behind a head must not spin its neck at the
+// limit of 3,840 rad/s, which would part it by kilometres.
 TEST(ShapeEnvironment, RagdollsStayTogether) {
   for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device}) {
     const Quality q = simulate({"ragdolls", 84, 400}, simulator, 1).quality;
@@ -195,6 +194,7 @@ TEST(ShapeEnvironment, RagdollsLieOnMeshes) {
   EXPECT_EQ(end.hash, simulate(rained, SimulatorKind::native, 2).hash);
 }
 
+// A drum's parts and the pusher are where the rotation of the whole takes them, whatever the number of steps.
 TEST(ShapeEnvironment, WhatGoesRoundIsWhereTheTurnTakesIt) {
   for (const char* name : {"washer", "junkyard"}) {
     Scene scene = find_environment(name)->make(1);
@@ -242,7 +242,7 @@ TEST(Overlaps, TheDeepestIsFoundWhateverTheSizes) {
   EXPECT_NEAR(deepest(), 0.25, 1e-4);
   bodies[3].pose.position.z = std::nanf("");
   EXPECT_NEAR(deepest(), 0.1, 1e-4);
-  // Who may not touch does not count.
+  // Bodies that may not touch do not count.
   scene.joints = {{2, 1, {}}};
   EXPECT_EQ(deepest(), 0);
   scene.joints[0].def.collide_connected = true;

@@ -1,4 +1,4 @@
-// Shapes of the library that tests of the world share.
+// The library's shapes shared by tests of the world.
 #pragma once
 
 #include <cmath>

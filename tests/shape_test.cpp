@@ -1,4 +1,4 @@
-// Shapes: what they refuse, their volumes and their inertia.
+// Shapes: what they reject, their volumes and their inertia.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ void expect_inertia(const SymMat3& actual, const SymMat3& expected, float tolera
   EXPECT_NEAR(actual.yz, expected.yz, tolerance);
 }
 
-/// Volume and inertia by counting the cells of a fine grid whose middle is inside.
+/// Volume and inertia by counting the cells of a fine grid whose centre is inside.
 struct Counted {
   double volume = 0;
   SymMat3 inertia;
@@ -125,7 +125,7 @@ TEST(MassProperties, ABoxGivenAsAHullIsThatBox) {
 TEST(MassProperties, CylindersAndCones) {
   for (const float size : {0.001f, 1.0f, 1000.0f})
     for (const float slenderness : {0.02f, 1.0f, 50.0f}) {
-      const float r = size, h = size * slenderness;  // half the height of the cylinder, all of the cone's
+      const float r = size, h = size * slenderness;  // half the height of the cylinder, the whole height of the cone
       const Shape rod = cylinder(r, h), tip = cone(r, h);
       EXPECT_NEAR(volume(rod) / (2 * pi * r * r * h), 1, 1e-4f);
       EXPECT_NEAR(volume(tip) / (pi * r * r * h / 3), 1, 1e-4f);

@@ -67,7 +67,7 @@ TEST(Snapshot, ContinuesBitForBit) {
       std::vector<std::uint64_t> expected, got;
       advance(one, whole, c.steps_before, expected);
       advance(other, halved, c.steps_before, got);
-      // Into a world of other content and settings.
+      // Into a world with other content and settings.
       WorldDef other_def;
       other_def.gravity = {1, 2, 3};
       other_def.threads = threads;
@@ -85,7 +85,6 @@ TEST(Snapshot, ContinuesBitForBit) {
   }
 }
 
-// The first step after it finds no room: the events of the step before are no longer where a device kept them.
 /// Bodies on a floor of tiles, of which some come, go and are moved by hand before each step.
 struct TiledFloor {
   World world;
@@ -141,6 +140,7 @@ TEST(Snapshot, FixedBodiesThatComeAndGoContinueBitForBit) {
   }
 }
 
+// The first step after restoring finds no room, when the device does not hold the previous step's events.
 TEST(Snapshot, NeedsMoreRoomAtOnce) {
   Scene scene = pyramid(10);
   scene.world.simulator = SimulatorKind::device;
@@ -189,7 +189,7 @@ World busy_world(int threads, SimulatorKind simulator = SimulatorKind::native) {
   world.remove(ids[30]);
   world.add(cube({1, 1, 12}));
   const BodyId broken = world.add(dynamic(box({0.5f, 0.5f, 0.5f}), {0, 50, 20}, 1e-30f));
-  world.apply_force(broken, {1e30f, 0, 0});  // finite, and its acceleration is not
+  world.apply_force(broken, {1e30f, 0, 0});  // finite, but its acceleration is not
   run(world, 3);
   world.apply_force(ids[11], {200, 0, 50});
   world.remove(ids[31]);

@@ -1,4 +1,4 @@
-// What the C++ blocks of the documents take for granted (tests/snippets).
+// Declarations that the C++ blocks of the documents assume (tests/snippets).
 #pragma once
 
 #include <algorithm>

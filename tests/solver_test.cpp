@@ -28,7 +28,7 @@ Vec3d turn(const Body& body, Vec3d v) {
           m[2][0] * v.x + m[2][1] * v.y + m[2][2] * v.z};
 }
 
-/// One pair of bodies in contact, as the kernels see it and as the textbook does.
+/// A pair of bodies in contact, in the form of the kernels and in that of the textbook.
 struct PairInContact {
   Pose poses[2];
   SolverBody solver[3];  // entry 0: no body
@@ -57,7 +57,7 @@ struct Textbook {
       nearest = std::min(nearest, separation[i]);
       impulse[i] = static_cast<double>(p.manifold.impulses[i]);
     }
-    // Friction acts at the middle of the load; before there is any, of the points that touch or nearly do.
+    // Friction acts at the centre of the load or, while there is none, of the points that touch or nearly touch.
     const auto is_near = [&](int i) { return separation[i] <= nearest + static_cast<double>(friction_reach); };
     int near_count = 0;
     double load = 0, weight[4] = {};
@@ -69,7 +69,7 @@ struct Textbook {
     centre_a = sum;
     centre_b = centre_a - between;
     for (int i = 0; i < count; ++i) {
-      // The kernels put all points into the plane through the centroid.
+      // The kernels project all points onto the plane through the centroid.
       const Vec3d from = arm_a[i] - centre_a;
       arm_a[i] = arm_a[i] - dot(from, p.normal) * p.normal;
       arm_b[i] = arm_a[i] - between;
@@ -109,7 +109,7 @@ struct Textbook {
     const double det = k11 * k22 - k12 * k12, mass = 0.5 * (k11 + k22) / det;
     const double v1 = dot(t1, slide), v2 = dot(t2, slide);
     double f1 = friction[0] - (k22 * v1 - k12 * v2) / det, f2 = friction[1] - (k11 * v2 - k12 * v1) / det;
-    // Of a patch that spins little is left for sliding.
+    // A patch that spins leaves less of its friction for sliding.
     const double along = std::hypot(mass * v1, mass * v2, limit);
     const double most = along > 0 ? limit * along / std::hypot(along, mass * radius * spin) : 0;
     const double size = std::hypot(f1, f2);
@@ -180,7 +180,7 @@ class Kernels : public testing::TestWithParam<std::tuple<bool, bool>> {
     return p;
   }
 
-  /// A stands still whatever happens; what its inertia was must not matter.
+  /// A does not move whatever happens; its former inertia must not matter.
   static void fix_a(PairInContact& p) {
     p.contact.fixed_a = true;
     p.solver[1] = {};

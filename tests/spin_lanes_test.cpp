@@ -1,4 +1,4 @@
-// Bodies that turn side by side (native/spin_lanes.hpp): each gets the bits that it gets alone.
+// Bodies that turn side by side (native/spin_lanes.hpp): each gets the same bits as alone.
 #include "native/spin_lanes.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace fathom::test::spin_lanes_test {
 namespace {
 
-/// Bodies at random: thin rods to cubes nearly, at rest to several turns per substep, some of them with joints.
+/// Random bodies: from thin rods to near-cubes, from rest to several turns per substep, some with joints.
 struct Bodies {
   static constexpr std::uint32_t count = 64;
   BodyTable table;

@@ -1,4 +1,4 @@
-// Bodies that spin by more than half a turn a step: wheels, propellers, drills.
+// Bodies that spin by more than half a turn per step: wheels, propellers, drills.
 #include <gtest/gtest.h>
 
 #include <cmath>

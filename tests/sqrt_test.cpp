@@ -11,7 +11,7 @@
 namespace fathom::sqrt_test {
 namespace {
 
-/// An estimate `ulps` units in the last place off the right one.
+/// An estimate that is `ulps` units in the last place off the correct one.
 struct Off {
   int ulps;
   float operator()(float x) const { return std::bit_cast<float>(std::bit_cast<std::uint32_t>(std::sqrt(x)) + ulps); }
@@ -19,7 +19,7 @@ struct Off {
 
 float root(std::uint32_t bits, int ulps) { return correctly_rounded_sqrt(std::bit_cast<float>(bits), Off{ulps}); }
 
-/// How many of the numbers whose bits are `first`, `first` + `step`, … below `end` have a wrong root.
+/// How many of the numbers with the bits `first`, `first` + `step`, … below `end` have a wrong root.
 int wrong_roots(std::uint32_t first, std::uint32_t end, std::uint32_t step, int ulps) {
   int wrong = 0;
   for (std::uint64_t bits = first; bits < end; bits += step) {
@@ -32,7 +32,7 @@ int wrong_roots(std::uint32_t first, std::uint32_t end, std::uint32_t step, int 
 
 constexpr std::uint32_t one = 0x3f800000, four = 0x40800000, infinity_bits = 0x7f800000;
 
-// A root's last bits depend on the mantissa and on whether the exponent is even, so [1, 4) is all there is.
+// A root's last bits depend on the mantissa and on whether the exponent is even, so [1, 4) covers everything.
 TEST(CorrectlyRoundedSqrt, OfEveryMantissaFromEveryEstimate) {
   for (int ulps = -4; ulps <= 4; ++ulps) EXPECT_EQ(wrong_roots(one, four, 1, ulps), 0) << ulps << " ulp off";
 }

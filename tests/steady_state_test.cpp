@@ -11,8 +11,8 @@ namespace {
 std::atomic<std::size_t> allocations{0};
 }
 
-// Counting replacements of the global operators: every allocation of this program passes here. Not inlined, because g++
-// then takes the pairs of malloc and delete, new and free, for mistakes.
+// Counting replacements of the global operators: every allocation of this program passes through them. Not inlined,
+// because g++ would then take the pairs of malloc and delete, new and free, for errors.
 #define FATHOM_COUNTED [[gnu::noinline]]
 FATHOM_COUNTED void* operator new(std::size_t size) {
   ++allocations;
@@ -48,7 +48,7 @@ TEST(SteadyState, StepsAllocateNothing) {
     const std::size_t before = allocations, held = world.profile().counts.memory_bytes;
     run(world, 120);
     EXPECT_EQ(allocations - before, 0u);
-    EXPECT_EQ(world.profile().counts.memory_bytes, held);  // large arrays ask the system itself
+    EXPECT_EQ(world.profile().counts.memory_bytes, held);  // large arrays are allocated from the system directly
   }
 }
 

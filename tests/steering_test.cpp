@@ -1,4 +1,4 @@
-// Controllers of the application: forces and torques that it computes once a step from what it reads.
+// Controllers in the application: forces and torques that it computes once per step from what it reads.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,10 +14,10 @@ using namespace test;
 
 constexpr float dt = 1.0f / 60;
 
-/// Stable for an undamped oscillator whose period is this part of a step's, as symplectic Euler is: ω dt < 2.
+/// ω in units of 1 / dt: undamped oscillators for which symplectic Euler is stable, ω dt < 2.
 const float all_omegas[] = {0.1f, 0.3f, 0.6f, 1.0f, 1.4f, 1.8f};
 
-/// What symplectic Euler makes of x' = v, v' = −ω² x − c v, both in units of a step.
+/// Symplectic Euler for x' = v, v' = −ω² x − c v, all in units of a step.
 struct Reference {
   double x, v = 0;
 
@@ -27,8 +27,8 @@ struct Reference {
   }
 };
 
-/// The greatest distance from the origin that symplectic Euler reaches from x = 1 at rest: it keeps
-/// v² + w² x² + w² x v.
+/// The greatest distance from the origin that symplectic Euler reaches from x = 1 at rest: it conserves v² + w² x² + w²
+/// x v.
 float greatest(float w) { return 1 / std::sqrt(1 - 0.25f * w * w); }
 
 float largest_of(int steps, const std::function<float()>& step) {
@@ -140,7 +140,7 @@ TEST(Steering, SpringsAreStableOnASlopeWithoutFriction) {
   }
 }
 
-/// A body hangs on a spring and is pressed against a wall at once.
+/// A body hangs on a spring and is pressed against a wall at the same time.
 TEST(Steering, SpringsAreStableWhilePressedAgainstAWall) {
   for (const float w : all_omegas) {
     World world(quiet_world());
@@ -164,8 +164,8 @@ TEST(Steering, SpringsAreStableWhilePressedAgainstAWall) {
   }
 }
 
-// From ω Δt = 1.7 on it trembles by a millimetre: such a spring's force changes more within the distance that friction
-// gives way than friction can hold.
+// From ω Δt = 1.7 on it trembles by a millimetre: within the distance that friction yields, such a spring's force
+// changes by more than friction can hold.
 TEST(Steering, ASpringThatFrictionHoldsMovesNothing) {
   for (const float w : all_omegas) {
     World world(quiet_world());
@@ -202,7 +202,7 @@ TEST(Steering, PressedAndBuoyedStacksAreQuiet) {
 
 namespace {
 
-/// Vector part of the rotation, twice: the angles of a small one.
+/// Twice the vector part of the rotation: the angles of a small rotation.
 Vec3 small_angles(const World& world, BodyId id) {
   const Quat q = world.pose(id).rotation;
   return (q.w < 0 ? -2.0f : 2.0f) * q.vector();
@@ -251,7 +251,7 @@ TEST(Steering, TorqueSpringsAreStableOnAPlaneWithoutFriction) {
     }
 }
 
-/// Position and attitude at once, tumbling at the start, held against gravity.
+/// Position and attitude together, tumbling at the start, held against gravity.
 TEST(Steering, ADampedControllerBringsABodyToItsTarget) {
   for (const float w : {0.1f, 0.33f, 0.8f})
     for (const Shape& shape : {sphere(0.5f), box({0.2f, 0.5f, 0.9f})}) {

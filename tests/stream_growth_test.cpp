@@ -1,4 +1,4 @@
-// Streams that go on: what comes and goes in every step leaves nothing behind, in memory, snapshots or time.
+// Long streams: what comes and goes in every step leaves nothing behind in memory, snapshots or time.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -17,8 +17,8 @@ using test::uniform;
 struct Kind {
   const char* name;
   int living, a_step;
-  bool hulls;     ///< each body has one of its own
-  bool asleep;    ///< bodies fall asleep and go in one go, while they sleep
+  bool hulls;     ///< each body has its own
+  bool asleep;    ///< bodies fall asleep, and are removed together while asleep
   bool reads;     ///< contacts and events, in every step
   int ahead = 0;  ///< on a device
 };
@@ -45,10 +45,10 @@ constexpr Kind kinds[] = {
 
 struct Measured {
   std::size_t memory = 0, snapshot = 0, resident = 0;
-  double seconds = 1e9;  ///< of the fastest ten steps in a row
+  double seconds = 1e9;  ///< for the fastest ten consecutive steps
 };
 
-/// 0 where the allocator keeps what it is given back.
+/// 0 if the allocator retains freed memory.
 std::size_t resident_bytes() {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   return 0;

@@ -1,5 +1,5 @@
-// Streams: bodies that come and go in every step. What comes of them depends on what was asked for alone, not on how,
-// or whether, results are read; and every event is told once, under the names of its step.
+// Streams: bodies that come and go in every step. The results depend only on what was requested, not on how, or
+// whether, they are read; and every event is reported once, with the ids of its step.
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -18,11 +18,11 @@ namespace {
 using test::Generator;
 using test::uniform;
 
-/// Bodies of several shapes that rain on a floor and go after a while, and what else an application does.
+/// Bodies of several shapes that rain on a floor and are removed after a while, with other actions of an application.
 struct Stream {
   Stream(unsigned seed, int count, const WorldDef& def) : random(seed), a_step(count), world(def) {
     world.add({.motion = MotionType::fixed, .pose = {.position = {0, 0, -0.5f}}, .shape = box({20, 20, 0.5f})});
-    // Some go before the first step.
+    // Some are removed before the first step.
     for (int i = 0; i < 3 * a_step; ++i) {
       add();
       if (random() % 3 == 0) remove(random() % living.size());
@@ -49,11 +49,11 @@ struct Stream {
 
   void step() {
     for (int i = 0; i < a_step; ++i) add();
-    // Now and then in larger numbers, which buffers grow for.
+    // Occasionally in larger numbers, for which buffers grow.
     if (world.step_count() % 40 == 20)
       for (int i = 0; i < 20 * a_step; ++i) add();
     while (living.size() > 30 * static_cast<std::size_t>(a_step)) remove(random() % 5 ? 0 : random() % living.size());
-    // Some are gone before they were ever simulated.
+    // Some are removed before they are ever simulated.
     add(), remove(living.size() - 1);
     if (random() % 4 == 0) world.set_velocity(living[random() % living.size()], 5 * test::in_cube(random), {});
     if (world.step_count() % 32 == 31) world.set_gravity({0, 0, uniform(random, -12, -8)});
@@ -97,7 +97,7 @@ std::vector<int> steps_ahead(const WorldDef& def) {
   return {0};
 }
 
-/// The variant's world, and on the host the device's too.
+/// The variant's world, and on the host also the device's.
 std::vector<WorldDef> worlds() {
   std::vector<WorldDef> all{test::sleepy_world()};
   if (all[0].simulator != SimulatorKind::native) return all;
@@ -135,7 +135,7 @@ struct Told {
   bool operator==(const Told&) const = default;
 };
 
-/// All events of a stream that reads after every `every`-th step.
+/// All events of a stream that is read after every `every`-th step.
 Told told(unsigned seed, int a_step, const WorldDef& def, int every) {
   constexpr int steps = 80;
   Stream stream(seed, a_step, def);
@@ -177,7 +177,7 @@ TEST(Streams, EveryEventIsToldOnceWithItsStep) {
 }
 
 TEST(Streams, EventsNameBodiesThatAreOrWereThere) {
-  // A contact begins once, and ends, between bodies that lived when their step began.
+  // A contact begins once, and ends, between bodies that existed when their step began.
   for (const WorldDef& def : worlds())
     for (unsigned seed = 0; seed < 4; ++seed) {
       Stream stream(seed, 2 + static_cast<int>(seed), def);
@@ -205,7 +205,7 @@ TEST(Streams, EventsNameBodiesThatAreOrWereThere) {
     }
 }
 
-// Against a table of who had which index when.
+// Against a table of which body had which index in which step.
 TEST(BodyIndices, AreGivenByCallsAloneAndRememberTheirOwners) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     Generator random(seed);

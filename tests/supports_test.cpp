@@ -1,5 +1,5 @@
-// What stands though its contacts carry far more than sweeps can (dynamics/support.hpp), on the device simulator's host
-// back end.
+// Structures that stand although their contacts carry far more than sweeps can (dynamics/support.hpp), on the device
+// simulator's host back end.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -83,7 +83,7 @@ TEST_P(Supports, Stand) {
     ASSERT_LT(length(world.pose(ids[i]).position - start[i]), 0.005f) << "body " << i;
 }
 
-// A ball leaves a mark on each, so that not everything is at rest.
+// Each is hit by a ball, so that not everything is at rest.
 TEST_P(Supports, DoNotDependOnThreads) {
   std::uint64_t expected = 0;
   for (const int threads : {1, 3}) {

@@ -1,4 +1,4 @@
-// Meshes and height fields in snapshots: worlds go on bit for bit, and what is damaged gets one error.
+// Meshes and height fields in snapshots: worlds continue bit for bit, and damaged ones give one error.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -75,7 +75,7 @@ std::vector<std::byte> written(std::initializer_list<Shape> shapes) {
   return bytes;
 }
 
-/// Reads `count` shapes; what the complaint says, or nothing.
+/// Reads `count` shapes; returns the error message, or nothing.
 std::string refusal(std::span<const std::byte> bytes, int count = 1, std::vector<Shape>* shapes = nullptr) {
   ByteReader in(bytes, "test");
   ShapeReader reader(in);
@@ -123,7 +123,7 @@ TEST(SurfaceArchive, EveryTruncationIsRefused) {
   }
 }
 
-/// The bytes of an archived surface with one value changed, `offset` bytes from the shape's end of the head.
+/// Reads an archived surface with one value changed, `offset` bytes after the end of the shape's header.
 template <class T>
 std::string refusal_with(const Shape& shape, std::size_t offset, T value) {
   constexpr std::size_t head = sizeof(ShapeType) + sizeof(float) + sizeof(Vec3) + sizeof(std::uint32_t);
@@ -153,7 +153,7 @@ TEST(SurfaceArchive, MeshesThatContradictThemselvesAreRefused) {
     EXPECT_THAT(refusal_with(shape, nodes + 14 * size + count, bad), contradicts) << "the last leaf has " << bad;
   EXPECT_THAT(refusal_with(shape, nodes + 14 * size + next, std::uint32_t{0}), contradicts);
   EXPECT_THAT(refusal_with(shape, 0, std::uint64_t{1} << 62), HasSubstr("ends too early"));
-  // Boxes are computed again.
+  // Boxes are recomputed.
   std::vector<std::byte> bytes = written({shape});
   std::vector<Shape> read;
   std::memset(bytes.data() + 21 + nodes, 0x7f, sizeof(Vec3));
@@ -162,7 +162,7 @@ TEST(SurfaceArchive, MeshesThatContradictThemselvesAreRefused) {
 }
 
 TEST(SurfaceArchive, TreesThatGoDeepAreRefused) {
-  // 66 triangles, each node's first child a leaf but for the second, and the other way round.
+  // 66 triangles, each node's first child a leaf except for the second, and vice versa.
   for (const bool to_the_left : {false, true}) {
     constexpr std::uint32_t triangles = 70;
     std::vector<Vec3> vertices{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -214,7 +214,7 @@ TEST(SurfaceArchive, NumbersAndTypesMustFit) {
   EXPECT_THAT(refusal(bytes, 1), HasSubstr("contradicts itself"));
 }
 
-/// What comes through can be asked for everything.
+/// Whatever passes can be queried in every way.
 TEST(SurfaceArchive, AlteredBytesAreRefusedOrSound) {
   std::mt19937 random(1);
   int refused = 0, read = 0;

@@ -86,7 +86,7 @@ TEST(SurfaceChanges, BodiesComeAndGo) {
   }
 }
 
-/// What can be chosen of a simulator makes nobody fall through.
+/// No simulator setting lets a body fall through.
 TEST(SurfaceChanges, EveryWayOfSolvingHolds) {
   const std::pair<const char*, std::function<void(WorldDef&)>> ways[] = {
       {"four threads", [](WorldDef& def) { def.threads = 4; }},

@@ -12,12 +12,12 @@
 namespace fathom::test::surface_contact_test {
 namespace {
 
-/// Flat on the left of x = 0; from there on `z = slope x`.
+/// Flat to the left of x = 0; from there on `z = slope x`.
 Shape bent_mesh(float slope) {
   return grid_mesh(8, 2, [slope](float x, float) { return std::max(0.0f, slope * x); });
 }
 
-/// A plateau that rises to the left, up to x = 0, a cliff of 1 m there, and the plain below it.
+/// A plateau that rises to the left, up to x = 0, with a cliff of 1 m there, and the plain below it.
 Shape cliff_mesh() {
   const Vec3 v[] = {{-4, -4, 0.4f}, {0, -4, 0},  {0, 4, 0},  {-4, 4, 0.4f},
                     {0, -4, -1},    {4, -4, -1}, {4, 4, -1}, {0, 4, -1}};
@@ -33,7 +33,7 @@ SurfaceContact contact_of(const Shape& surface, const Shape& shape, const Pose& 
   return contact;
 }
 
-/// Of the manifold whose normal is nearest to `normal` its deepest separation (m); 1 where none is near.
+/// The deepest separation (m) of the manifold whose normal is closest to `normal`; 1 if none is close.
 float deepest_along(const SurfaceContact& contact, Vec3 normal) {
   for (const Manifold& m : std::span(contact.manifolds).first(static_cast<std::size_t>(contact.count)))
     if (dot(m.normal, normal) > 0.99f) return nearest_of(m);
@@ -44,7 +44,7 @@ TEST(SurfaceContact, ARodThatHasRunItsEndIntoASlopeIsPushedOutOfIt) {
   const float slope = 0.5f, half_length = 0.8f, half = 0.01f;
   const Shape ground = bent_mesh(slope), rod = box({half_length, half, half});
   const Vec3 up{0, 0, 1}, out = (1 / std::sqrt(1 + slope * slope)) * Vec3{-slope, 0, 1};
-  // It lies on the flat part, and a quarter of it is in the slope.
+  // It lies on the flat part, with a quarter of it in the slope.
   const SurfaceContact contact = contact_of(ground, rod, {{-0.4f, 0.05f, half}, 0, {}});
   EXPECT_NEAR(deepest_along(contact, up), 0, 1e-3f);
   const float depth = 0.4f * slope * out.z;

@@ -1,4 +1,4 @@
-// Bodies on meshes and height fields: rolling, edges that hold, shots, surfaces that move, equal results.
+// Bodies on meshes and height fields: rolling, edges that stop bodies, shots, moving surfaces, equal results.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ TEST(SurfaceMotion, ABallRollsStraightOverADenseMesh) {
     }
 }
 
-/// Mechanical energy per kilogram (J/kg), of bodies of this radius of gyration (m).
+/// Mechanical energy per kilogram (J/kg) of a body with this radius of gyration (m).
 float energy(const World& world, BodyId id, float gyration) {
   const Velocity v = world.velocity(id);
   return 0.5f * length_squared(v.linear) + 0.5f * gyration * gyration * length_squared(v.angular) +
@@ -72,7 +72,7 @@ float energy(const World& world, BodyId id, float gyration) {
 
 TEST(SurfaceMotion, ABallInABowlGainsNoEnergy) {
   for (const int cells : {20, 60, 200}) {
-    // Within a step a body moves straight on, into what bends up; with a long one that lifts it.
+    // Within a step a body moves straight on, into ground that bends up; in a long step that lifts it.
     WorldDef def;
     def.dt = 1.0f / 240;
     World world(def);
@@ -91,7 +91,7 @@ TEST(SurfaceMotion, ABallInABowlGainsNoEnergy) {
 }
 
 TEST(SurfaceMotion, RealEdgesHold) {
-  // A step of 0.4 m: what slides against it stops, at any of its triangles.
+  // A step of 0.4 m: bodies that slide against it stop, at any of its triangles.
   std::vector<Vec3> v;
   std::vector<std::uint32_t> indices;
   constexpr int strips = 40;
@@ -116,13 +116,13 @@ TEST(SurfaceMotion, RealEdgesHold) {
       for (int i = 0; i < 240; ++i) world.step();
       const Vec3 end = world.pose(id).position;
       const float reach = bounds(geometry(shape), world.pose(id)).upper.x;
-      // What comes fast may tip over the edge, but not go into it.
+      // Fast bodies may tip over the edge, but not penetrate it.
       if (speed < 10) {
         EXPECT_LT(reach, 2.02f) << name_of(shape) << " at " << speed << " m/s";
       }
       EXPECT_GT(end.z, end.x < 2 ? 0.1f : 0.5f) << name_of(shape) << " at " << speed << " m/s";
     }
-  // What is put on the upper floor's rim stays on it as long as its middle does, and falls off beyond.
+  // A body placed on the upper floor's rim stays if its centre is on it, and falls off otherwise.
   for (const float x : {2.05f, 1.95f}) {
     World world = world_on(fixed(stairs));
     const BodyId id = world.add(body_at(box({0.3f, 0.24f, 0.15f}), {x, 0.1f, 0.55f}));
@@ -150,7 +150,7 @@ TEST(SurfaceMotion, ABallRestsInACrackAndOnARidge) {
   EXPECT_NEAR(world.pose(id).position.z, 0.05f, 0.003f) << "balanced over the ridge";
 }
 
-/// Random shots at a closed box as a mesh: nobody ends inside or behind.
+/// Random shots at a closed box as a mesh: none ends inside or behind it.
 TEST(SurfaceMotion, NothingPassesTriangles) {
   const Shape crate = box_mesh({0.5f, 0.5f, 0.5f});
   Generator random(5);
@@ -178,7 +178,7 @@ TEST(SurfaceMotion, NothingPassesTriangles) {
       world.step();
       was_inside |= max_component(abs(world.pose(id).position)) < 0.499f;
     }
-    // Beyond the crate along its way: it went through.
+    // Beyond the crate along its path: it passed through.
     const Vec3 end = world.pose(id).position;
     was_inside |= dot(end, target - from) > 0 && length(cross(end, normalize(target - from))) < 0.05f &&
                   length(end) > 1 && length(cross(from, normalize(target - from))) < 0.3f;
@@ -254,7 +254,7 @@ TEST(SurfaceMotion, NobodyFallsThroughRandomHills) {
     }
     for (const BodyId id : ids) {
       const Vec3 p = world.pose(id).position;
-      // A triangle lies below a wave of this curvature by less than a fortieth of its cell's square.
+      // A triangle lies below a wave of this curvature by less than a fortieth of its squared cell size.
       EXPECT_GT(p.z, height(p.x, p.y) - 0.3f * cell * cell) << "seed " << seed << ", body " << id.index;
     }
   }

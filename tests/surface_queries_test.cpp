@@ -26,7 +26,7 @@ Pose random_pose(Generator& random, float reach) {
   return pose;
 }
 
-/// Möller and Trumbore's, in double precision, for hits of the outside.
+/// Möller and Trumbore's algorithm, in double precision, for hits from outside.
 double fraction_at(const Triangle& t, Vec3d origin, Vec3d way) {
   const Vec3d a = to_double(t.corners[0]), ab = to_double(t.corners[1]) - a, ac = to_double(t.corners[2]) - a;
   const Vec3d p = cross(way, ac);
@@ -82,7 +82,7 @@ TEST(SurfaceQueries, NoRayPassesBetweenTriangles) {
   for (int i = 0; i < 100000; ++i) {
     const Shape& shape = i % 2 == 0 ? flat : bent;
     const auto& net = static_cast<const TriangleMesh&>(*shape.surface);
-    // At a vertex, or on an edge, of the inner ones.
+    // At a vertex, on an edge, or inside.
     const Triangle t = net.triangle(static_cast<std::uint32_t>(random() % net.triangle_count()));
     const float s = i % 3 == 0 ? 0.0f : uniform(random, 0, 1);
     const Vec3 target = t.corners[0] + s * (t.corners[1] - t.corners[0]);
@@ -107,7 +107,7 @@ std::vector<Shape> convex_shapes(Generator& random) {
   return {sphere(0.4f), capsule(0.2f, 0.5f), box({0.5f, 0.3f, 0.2f}), hull(points)};
 }
 
-/// One triangle as a hull that no tree is asked for.
+/// One triangle as a hull, without a tree.
 PlacedShape alone(const PlacedShape& frame, const Triangle& triangle, double thinnest) {
   PlacedShape shape = frame;
   shape.hull.vertices = triangle.corners;

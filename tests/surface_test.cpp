@@ -51,7 +51,7 @@ TEST(Surfaces, NothingCatchesOnSeams) {
     for (const Shape& shape : shapes_of(0.3f)) {
       const float z = -bounds(geometry(shape), Pose{}).lower.z;
       Slide s = slide_on(flat_mesh(600, 60), shape, {-55, 0.137f, z}, {});
-      // It settles first.
+      // Let it settle first.
       for (int i = 0; i < 120; ++i) s.world.step();
       const float height = s.world.pose(s.body).position.z;
       s.world.set_velocity(s.body, {speed, 0, 0}, {});

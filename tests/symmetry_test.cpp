@@ -1,5 +1,5 @@
 // What physics does not depend on: units of mass, uniform motion, the axes, how a shape is described. And what must
-// add up whatever happens. On every simulator.
+// always balance. On every simulator.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ Shape any_shape(int kind, float size) {
   }
 }
 
-/// What falls one after the other; masses in units of `unit` kg.
+/// Bodies that fall one after the other; masses in units of `unit` kg.
 std::vector<BodyId> add_heap(World& world, unsigned seed, int count, float unit) {
   Generator random(seed);
   std::vector<BodyId> ids;
@@ -66,7 +66,7 @@ std::vector<Slider> sliders() {
 
 }  // namespace
 
-// A power of two as unit of mass leaves every bit of every pose as it is.
+// A power of two as the unit of mass leaves every bit of every pose unchanged.
 TEST(Symmetry, MassesHaveNoUnit) {
   const auto poses_with = [](float unit) {
     World world(quiet_world());
@@ -127,7 +127,7 @@ TEST(Symmetry, NoAxisIsSpecial) {
   }
 }
 
-// Slid, spun while it slides, and dropped on an edge.
+// Slid, spun while sliding, and dropped on an edge.
 TEST(Symmetry, ABoxIsAHullIsACompound) {
   const Vec3 half{0.5f, 0.4f, 0.3f};
   const auto halves = [](Vec3 child, Vec3 off) {
@@ -174,7 +174,7 @@ TEST(Symmetry, TheFloorCarriesTheWeightOfAHeap) {
   }
 }
 
-// Elastic, without friction and gravity, in a closed room: nobody gets out, and energy neither rises nor goes.
+// Elastic, without friction and gravity, in a closed room: nothing escapes, and energy neither rises nor falls.
 TEST(Symmetry, AnElasticGasKeepsItsEnergy) {
   for (int kind = 0; kind < 5; ++kind)
     for (unsigned seed = 1; seed <= 3; ++seed) {

@@ -1,5 +1,5 @@
-// Joints that pull a point of a body towards a target, as a mouse does: they follow it, give no more than their force,
-// are stable for any gain, wake their body and go without a trace.
+// Joints that pull a point of a body towards a target, as a mouse does: they follow it, exert no more than their
+// maximum force, are stable for any gain, wake their body and leave no trace when removed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ BodyId add_box(World& world, Vec3 position, float mass = 2) {
   return world.add(def);
 }
 
-/// A box held at a point, a corner if nothing else is said, and the joint that holds it.
+/// A box held at a point, by default a corner, and the joint that holds it.
 struct Held {
   static constexpr Vec3 corner{0.3f, 0.2f, 0.1f};
   World world;
@@ -50,13 +50,13 @@ TEST_P(TargetJoints, FollowTheTarget) {
     held.world.step();
     if (i > 60) farthest = std::max(farthest, distance(held.point(), target));
   }
-  // A spring hangs through by g / ω², and a critical one is 2 v / ω behind.
+  // A spring sags by g / ω², and a critically damped one lags by 2 v / ω.
   EXPECT_LT(farthest, 0.04f);
   for (int i = 0; i < 300; ++i) held.world.step();
   EXPECT_LT(length(held.world.velocity(held.body).linear), 0.05f);
 }
 
-// However far the target is, in whatever direction.
+// However far the target is, in any direction.
 TEST_P(TargetJoints, GiveNoMoreThanTheirForce) {
   for (const Vec3 target : {Vec3{1000, 0, 0}, Vec3{-300, 400, 200}, Vec3{1e4f, 1e4f, 1e4f}, Vec3{1, 1, 1}}) {
     WorldDef def = GetParam().quiet();
@@ -76,7 +76,7 @@ TEST_P(TargetJoints, GiveNoMoreThanTheirForce) {
   }
 }
 
-// A load beyond the force falls as if the joint took just that much of its weight.
+// A load beyond the force falls as if the joint carried only that much of its weight.
 TEST_P(TargetJoints, LetFallWhatIsTooHeavy) {
   Held held(GetParam().quiet(), 10, 1, 10, 2, {});
   for (int i = 0; i < 60; ++i) held.world.step();
@@ -170,7 +170,7 @@ TEST_P(TargetJoints, GoOnFromASnapshotBitForBit) {
   EXPECT_EQ(drag(held.world, held.joint, 60), drag(other, held.joint, 60));
 }
 
-// What rests on others is taken out of a pile, with all that joints hold to it.
+// A body on which others rest is pulled out of a pile, with everything that joints attach to it.
 TEST_P(TargetJoints, PullAChainOutOfItsPlace) {
   World world(GetParam().quiet());
   const BodyId holder = add_anchor(world, {0, 0, 10});
@@ -236,9 +236,9 @@ type = "target"
   const auto is_refused = [&](const std::string& joint) {
     EXPECT_THROW(parse_scene(bodies + joint, "scene.toml"), Error) << joint;
   };
-  is_refused("a = \"wall\"\nb = \"crate\"\npoint = [1, 0, 0]\n");                         // no frequency
-  is_refused("a = \"wall\"\nb = \"crate\"\nhertz = 5\n");                                 // no point
-  is_refused("a = \"crate\"\nb = \"wall\"\npoint = [1, 0, 0]\nhertz = 5\n");              // the crate holds nothing
+  is_refused("a = \"wall\"\nb = \"crate\"\npoint = [1, 0, 0]\n");             // no frequency
+  is_refused("a = \"wall\"\nb = \"crate\"\nhertz = 5\n");                     // no point
+  is_refused("a = \"crate\"\nb = \"wall\"\npoint = [1, 0, 0]\nhertz = 5\n");  // the crate cannot hold a target
   is_refused("a = \"wall\"\nb = \"crate\"\npoint = [1, 0, 0]\nhertz = 5\ntwist = {}\n");  // no axes
 }
 

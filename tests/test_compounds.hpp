@@ -1,4 +1,4 @@
-// Compounds that tests share.
+// Compounds shared by tests.
 #pragma once
 
 #include <fathom/compound.hpp>
@@ -25,7 +25,7 @@ inline Shape cube_of_cubes() {
   return compound(children);
 }
 
-/// A top of 2 × 1 × 0.1 m on four legs of 0.9 m; its centre of mass is 0.75 m or so above the floor.
+/// A top of 2 × 1 × 0.1 m on four legs of 0.9 m; its centre of mass is about 0.75 m above the floor.
 inline Shape table() {
   std::vector<ChildShape> children{child(box({1, 0.5f, 0.05f}), {0, 0, 0.95f})};
   for (const float x : {-0.9f, 0.9f})
@@ -33,7 +33,7 @@ inline Shape table() {
   return compound(children);
 }
 
-/// Two to six shapes of all kinds of about this half size, each near the one before.
+/// Two to six shapes of all kinds with roughly this half size, each near the previous one.
 inline Shape random_compound(Generator& random, float size) {
   std::vector<ChildShape> children;
   const int count = 2 + static_cast<int>(random() % 5);

@@ -12,7 +12,7 @@
 
 namespace fathom::test {
 
-/// A folder that goes with its test.
+/// A folder that is removed at the end of its test.
 class TestFolder {
  public:
   TestFolder() {
@@ -36,7 +36,7 @@ class TestFolder {
   std::filesystem::path path_;
 };
 
-/// The file's bytes; "" where there is none.
+/// The file's bytes; "" if it does not exist.
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;

@@ -28,7 +28,7 @@ struct TestHull {
   }
 };
 
-/// All points must be corners of their convex hull; they are moved so that their mean is the origin.
+/// All points must be corners of their convex hull; they are shifted so that their mean is the origin.
 inline TestHull make_hull(std::vector<Vec3> points) {
   Vec3 mean;
   for (const Vec3& p : points) mean += (1.0f / static_cast<float>(points.size())) * p;
@@ -118,7 +118,7 @@ inline std::vector<Vec3> prism_points(int sides, float radius, float half_height
   return points;
 }
 
-/// Sampler numbers for the tests: the same sequence on every machine.
+/// Random numbers for the tests: the same sequence on every machine.
 class Sampler {
  public:
   explicit Sampler(unsigned seed) : engine_(seed) {}

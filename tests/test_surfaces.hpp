@@ -10,12 +10,12 @@
 
 namespace fathom::test {
 
-/// A bowl with waves (m); its rim is 2 to 3 m high at 5 m from the middle.
+/// A bowl with waves (m); its rim is 2 to 3 m high at 5 m from the centre.
 inline float wavy_bowl(float x, float y) {
   return 0.3f * std::sin(1.3f * x) * std::cos(1.1f * y) + 0.08f * (x * x + y * y);
 }
 
-/// Triangles over a grid of cells from (−half, −half) to (half, half), two a cell.
+/// Triangles over a grid of cells from (−half, −half) to (half, half), two per cell.
 template <class Height>
 Shape grid_mesh(int cells, float half, const Height& height) {
   std::vector<Vec3> vertices;
@@ -41,7 +41,7 @@ inline Shape flat_mesh(int cells, float half) {
 
 inline Shape wavy_mesh(int cells = 20, float half = 5) { return grid_mesh(cells, half, wavy_bowl); }
 
-/// The same heights as a field, which begins in its origin: place it at (−half, −half, 0).
+/// The same heights as a height field, which starts at its origin: place it at (−half, −half, 0).
 inline Shape wavy_field(std::uint32_t samples = 21, float half = 5, std::vector<std::uint32_t> hole_cells = {}) {
   std::vector<float> heights;
   const float cell = 2 * half / static_cast<float>(samples - 1);

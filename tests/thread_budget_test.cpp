@@ -1,4 +1,4 @@
-// How many threads a step begins with.
+// How many threads a step starts with.
 #include "native/thread_budget.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ TEST(ThreadBudget, WorkIsThatOfBodiesManifoldsAndJoints) {
   EXPECT_GT(ThreadBudget().next(counts(200, 0), {190, 200}, 0, 16), 8);
 }
 
-/// What takes a millisecond on one thread is worth several, whatever was expected of it.
+/// Work that takes a millisecond on one thread deserves several, whatever was expected of it.
 TEST(ThreadBudget, LongStepsAreSharedThatWereThoughtShort) {
   ThreadBudget budget;
   for (int step = 0; step < 3; ++step) {

@@ -10,12 +10,12 @@ namespace {
 
 using Cost = std::function<double(int threads)>;
 
-/// Steps of a scene, and what came of them.
+/// Steps of a scene, and their results.
 struct Scene {
   ThreadChoice choice;
   int threads = 0, changes = 0;
   double start = 0;            // 0: the guess
-  double spent = 0, best = 0;  // s, and had all steps been taken with `best_threads`
+  double spent = 0, best = 0;  // s, and if all steps had been taken with `best_threads`
 
   void steps(int count, double guess, int most, int best_threads, const Cost& cost) {
     for (int i = 0; i < count; ++i) {
@@ -30,7 +30,7 @@ struct Scene {
   }
 };
 
-/// A part that threads share, a part that one does, and what each thread more costs (s).
+/// A shared part, a serial part, and the cost of each additional thread (s).
 Cost amdahl(double shared, double alone, double each) {
   return [=](int threads) { return shared / threads + alone + each * threads; };
 }
@@ -59,7 +59,7 @@ TEST(ThreadChoice, FindsThatMoreAreFaster) {
 }
 
 TEST(ThreadChoice, LeapsOverNumbersThatAreSlower) {
-  // Threads that wait for each other a hundred times a step: two of them are slower than one, eight are not.
+  // Threads that wait for each other a hundred times per step: two of them are slower than one, eight are not.
   const Cost heap = [](int threads) { return threads == 1 ? 200e-6 : 200e-6 / threads + 120e-6; };
   Scene up;
   up.start = 1;
@@ -87,7 +87,7 @@ TEST(ThreadChoice, StaysWhereNumbersAreEquallyGood) {
   std::bernoulli_distribution interrupted(0.03);
   Scene run;
   run.steps(20000, 2, 2, 2, [&](int) { return 100e-6 * (1 + noise(random)) + (interrupted(random) ? 1e-3 : 0); });
-  // There and back for some thirty trials, and now and then one that succeeds by chance.
+  // There and back for some thirty trials, and occasionally one that succeeds by chance.
   EXPECT_LE(run.changes, 80);
 }
 
@@ -95,7 +95,7 @@ TEST(ThreadChoice, IsNotMisledByAMachineThatGetsSlower) {
   Scene run;
   int step = 0;
   run.steps(5000, 8, 8, 8, [&](int threads) {
-    const double speed = 1 + 0.4 * ((++step / 400) % 2);  // for 400 steps, and then for 400 not
+    const double speed = 1 + 0.4 * ((++step / 400) % 2);  // on for 400 steps, then off for 400
     return speed * (threads == 8 ? 100e-6 : 130e-6);
   });
   EXPECT_EQ(run.threads, 8);
@@ -121,7 +121,7 @@ TEST(ThreadChoice, KeepsWhatItMeasuredWhenTheGuessChanges) {
   Scene run;
   run.steps(600, 4, 16, 2, [](int threads) { return threads == 2 ? 100e-6 : 150e-6; });
   ASSERT_EQ(run.threads, 2);
-  EXPECT_EQ(run.choice.next(4.9, 4.9, 16), 2);  // not a quarter more
+  EXPECT_EQ(run.choice.next(4.9, 4.9, 16), 2);  // less than a quarter more
   EXPECT_EQ(run.choice.next(8, 8, 16), 4);
   EXPECT_EQ(run.choice.next(100, 100, 16), 16);
   EXPECT_EQ(run.choice.next(0.1, 1, 16), 1);

@@ -52,7 +52,8 @@ TEST(ThreadPool, LoopsOverNothingCallNothing) {
 
 TEST(ThreadPool, ThreadsHelpWithAStretchThatIsSlow) {
   ThreadPool pool(2);
-  // The first chunk lasts until all others are done: the second thread must do the rest of the first one's stretch.
+  // The first chunk lasts until all others are done: the second thread must process the remainder of the first one's
+  // stretch.
   std::atomic<int> done = 0;
   pool.for_each_chunk(16, 1, [&](std::size_t begin, std::size_t) {
     if (begin == 0)
@@ -90,9 +91,9 @@ TEST(ThreadPool, SharesCoverTheRange) {
   }
 }
 
-// What the caller does meanwhile may have loops of its own; they are its alone while the others are busy.
+// The caller's own work may contain loops, which it runs alone while the others are busy.
 TEST(ThreadPool, CallerComesLaterToALoopBesideSomethingElse) {
-  constexpr std::size_t grain = 3;  // the others have nothing to do in a shorter loop
+  constexpr std::size_t grain = 3;  // in a shorter loop the others have nothing to do
   for (const int threads : {1, 2, 3, 8}) {
     ThreadPool pool(threads);
     for (std::size_t count = 0; count < 200; ++count) {

@@ -1,4 +1,4 @@
-// What stands on a slope tips over the edge of its own base, whatever its number of corners: in closed form.
+// A body that stands on a slope tips over the edge of its own base, whatever its number of corners: in closed form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,19 +23,19 @@ std::vector<Vec3> prism(int sides, float radius, float half_height) {
   return corners;
 }
 
-/// Distance (m) from the middle to the edge of a regular polygon in the direction `angle`.
+/// Distance (m) from the centre to the edge of a regular polygon in the direction `angle`.
 float edge_distance(int sides, float radius, float angle) {
   const float sector = 2 * pi / static_cast<float>(sides);
   const float off = std::remainder(angle - 0.5f * sector, sector);
   return radius * std::cos(0.5f * sector) / std::cos(off);
 }
 
-/// Stands on a plane while gravity leans over, slowly.
+/// Stands on a plane while gravity slowly tilts.
 class Leaning {
  public:
   Leaning(WorldDef def, const Shape& shape, float half_height, float size, float turn)
       : world_([&] {
-          // The same at any size: time goes with its root.
+          // The same at any size: time scales with its square root.
           def.dt *= std::min(std::sqrt(size), 1.0f);
           return def;
         }()),
@@ -49,7 +49,7 @@ class Leaning {
     body.pose.rotation = axis_angle({0, 0, 1}, turn);
     id_ = world_.add(body);
   }
-  /// What has tipped over may tumble until it stands again.
+  /// A body that has tipped over may tumble until it stands again.
   bool stands_at(float angle) {
     bool stands = true;
     const int steps = static_cast<int>(600 * longer_);

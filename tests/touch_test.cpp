@@ -1,5 +1,5 @@
-// Touches and hits as the application is told of them, on every simulator: against shapes' exact distances, falls in
-// closed form, and each other.
+// Touches and hits as reported to the application, on every simulator: against shapes' exact distances, falls in closed
+// form, and each other.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 using namespace test;
 using Pair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Every way to solve contacts.
+/// Every way of solving contacts.
 std::vector<std::pair<std::string, WorldDef>> all_kinds() {
   WorldDef plain;
   plain.threads = 1;
@@ -36,7 +36,7 @@ std::vector<std::pair<std::string, WorldDef>> all_kinds() {
           {"hybrid", hybrid}, {"device", device}, {"cells on a device", cells_on_device}};
 }
 
-/// The rule of include/fathom/world.hpp.
+/// The rule of include/fathom/contact.hpp.
 float touch_distance(float smaller_radius) {
   float distance = 0.001f;
   for (int i = 0; i < 15 && distance > 0.01f * smaller_radius; ++i) distance *= 0.5f;
@@ -46,7 +46,7 @@ float touch_distance(float smaller_radius) {
 /// 1 cm to 10 m.
 float any_size(Generator& random) { return std::pow(10.0f, uniform(random, -2, 1)); }
 
-/// Of a box over the ground's surface at z = 0.5.
+/// Gap of a box above the ground's surface at z = 0.5.
 float gap_over_ground(const Pose& pose, Vec3 half) {
   float lowest = 1e30f;
   for (int i = 0; i < 8; ++i)
@@ -55,7 +55,7 @@ float gap_over_ground(const Pose& pose, Vec3 half) {
   return lowest - 0.5f;
 }
 
-/// What touches by the events so far.
+/// The pairs that touch according to the events so far.
 struct Touching {
   std::set<Pair> pairs;
 
@@ -108,7 +108,7 @@ TEST(Touch, ABouncingBallHitsOnceABounce) {
   }
 }
 
-/// It touches with its foot from the beginning.
+/// Its foot touches from the start.
 TEST(Touch, AFallingPostHitsWithItsHead) {
   Generator random(2);
   for (int seed = 0; seed < 20; ++seed) {
@@ -138,11 +138,11 @@ TEST(Touch, AFallingPostHitsWithItsHead) {
         }
         world.step();
         for (const HitEvent& hit : world.hits()) {
-          // The foot may slip and come down again.
+          // The foot may slip and land again.
           if (!(inverse_transform(world.pose(id), hit.point).z > 0.5f * half)) continue;
           ++hits;
           EXPECT_NEAR(hit.approach_speed, expected, 0.1f * expected);
-          // As a rod falls about its end; less by its thickness, and where the foot slips.
+          // As a rod falling about its end; less by its thickness, and if the foot slips.
           EXPECT_NEAR(hit.approach_speed, std::sqrt(3 * 9.81f * length_of_it * std::cos(lean)),
                       0.2f * hit.approach_speed);
           EXPECT_NEAR(hit.point.z, 0.5f, 0.02f * length_of_it);
@@ -154,7 +154,7 @@ TEST(Touch, AFallingPostHitsWithItsHead) {
   }
 }
 
-/// A box that comes down with any attitude touches when its lowest corner does, not before.
+/// A box that lands at any attitude touches when its lowest corner does, not before.
 TEST(Touch, BeginsWhereShapesMeet) {
   Generator random(3);
   for (int seed = 0; seed < 40; ++seed) {
@@ -180,11 +180,12 @@ TEST(Touch, BeginsWhereShapesMeet) {
         world.step();
       }
       ASSERT_EQ(world.contacts_begun().size(), 1u);
-      // What meets so late in a step that it gets no deeper than this tells no side yet (dynamics/look_ahead.hpp).
+      // A body that lands so late in a step that it gets no deeper than this shows no side yet
+      // (dynamics/look_ahead.hpp).
       const float entry = entry_of(std::min({half.x, half.y, half.z}));
       EXPECT_GT(before, -2 * entry - 1e-3f * size) << "not late";
-      // What turns fast gets nearer by its turning, to second order; what will meet in the next substep is slowed
-      // already.
+      // A fast-turning body also approaches by its rotation, to second order; a body that will land in the next substep
+      // is already slowed.
       const float turned = std::max(turning, length(world.velocity(id).angular)) / 60 * length(half);
       EXPECT_LT(gap_over_ground(world.pose(id), half),
                 near + 0.3f * turned + 0.02f * size + std::max(speed, 0.0f) / 240)
@@ -198,7 +199,7 @@ TEST(Touch, BeginsWhereShapesMeet) {
   }
 }
 
-/// Bodies without weight, side by side.
+/// Weightless bodies side by side.
 TEST(Touch, WhatIsApartDoesNotTouch) {
   Generator random(4);
   for (int seed = 0; seed < 60; ++seed) {
@@ -218,7 +219,7 @@ TEST(Touch, WhatIsApartDoesNotTouch) {
       EXPECT_EQ(touching.pairs.size(), gap < near ? 1u : 0u);
       EXPECT_EQ(listed(world), touching.pairs);
       if (gap >= near) continue;
-      // What touches does so until it is twice as far.
+      // Touching bodies keep touching until they are twice as far apart.
       world.set_velocity(other, {0.3f * near / world.definition().dt, 0, 0}, {});
       float apart = gap;
       for (int i = 0; i < 12; ++i) {
@@ -278,8 +279,8 @@ Shape any_shape(Generator& random, float size) {
   }
 }
 
-/// Heaps with edits of every kind: what touches by events is what `for_each_contact` visits, what presses touches, and
-/// what hits touches.
+/// Heaps with edits of every kind: the pairs that touch by events are those that `for_each_contact` visits; pairs that
+/// press touch, and pairs that hit touch.
 TEST(Touch, EventsAndContactsAgree) {
   for (int seed = 0; seed < 6; ++seed)
     for (auto [name, def] : all_kinds()) {
@@ -308,7 +309,7 @@ TEST(Touch, EventsAndContactsAgree) {
         if (i % 11 == 5) world.set_pose(ids[random() % ids.size()], {{0, 0, 0.5f + 5 * size}, 0, any_rotation(random)});
         if (i % 13 == 5) world.set_filter(ids[random() % ids.size()], {2, i % 2 ? 0xffffffffu : 0xfffffffdu});
         world.step();
-        // An index may have gone to another body: ends come first.
+        // An index may belong to another body by then: ends come first.
         for (const ContactEvent& e : world.contacts_ended()) ASSERT_EQ(touching.erase({e.a.index, e.b.index}), 1u) << i;
         for (const ContactEvent& e : world.contacts_begun())
           ASSERT_TRUE(touching.insert({e.a.index, e.b.index}).second) << i;

@@ -1,4 +1,4 @@
-// A Chrome trace as strict readers take it, for tests.
+// Reads a Chrome trace as strict readers do, for tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,8 +23,8 @@ struct TraceZone {
 };
 
 /// The zones of a file. Perfetto's JSON importer takes a zone's begin and length as the integer parts of 1000 times the
-/// written microseconds, sorts by begin, and drops zones that partly overlap one before: each is a failure here.
-/// `nanoseconds` makes other readers of it.
+/// written microseconds, sorts by begin, and drops zones that partly overlap an earlier one: each is a failure here.
+/// `nanoseconds` models other readers.
 template <class Nanoseconds>
 std::vector<TraceZone> trace_zones(const std::string& file, const Nanoseconds& nanoseconds) {
   std::vector<TraceZone> zones;

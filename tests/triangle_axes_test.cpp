@@ -1,4 +1,4 @@
-// The axes that separate eight triangles from a shape, beside exact distances (geometry/separation.hpp).
+// The axes that separate eight triangles from a shape, against exact distances (geometry/separation.hpp).
 #include "terrain/triangle_axes.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ std::vector<Shape> shapes() {
           test::box_hull({0.3f, 0.3f, 2})};
 }
 
-/// Around the origin, from thin ones to wide ones.
+/// Around the origin, from thin to wide.
 Triangle any_triangle(Generator& random) {
   const Vec3 centre = 1.5f * test::in_cube(random);
   const float size = uniform(random, 0.02f, 2), thin = random() % 4 == 0 ? 0.01f : 1.0f;

@@ -1,4 +1,4 @@
-// The validation suite in its shorter form: every check holds that is not known to fail; and its report is well formed.
+// The validation suite in its short form: every check not known to fail holds, and its report is well-formed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ std::string test_name(const testing::TestParamInfo<Case>& info) {
 }
 INSTANTIATE_TEST_SUITE_P(Validation, Suite, testing::ValuesIn(cases().begin(), cases().end()), test_name);
 
-// The same bits in whatever vectors the machine has.
+// The same bits with any of the machine's vector widths.
 TEST(Golden, VectorWidthDoesNotMatter) {
   for (const char* name : {"AVX3", "AVX2", "NEON", "single"}) {
     if (!native::select_kernels(name)) continue;

@@ -47,7 +47,7 @@ TEST(Session, AGrabbedBodyFollowsTheHand) {
   const BodyId cube = session.world().bodies()[1];
   ASSERT_TRUE(session.grab({0, -10, 1}, {0, 1, 0}));
   EXPECT_EQ(session.grip()->body, cube);
-  // The hand goes to where a ray passes 2 m higher and 3 m to the right at the same depth.
+  // The hand moves to where a ray passes 2 m higher and 3 m to the right at the same depth.
   const Vec3 aim = normalize(session.grip()->hand + Vec3{3, 0, 2} - Vec3{0, -10, 1});
   session.drag({0, -10, 1}, aim, {0, 1, 0});
   for (int i = 0; i < 120; ++i) session.step();
@@ -59,7 +59,7 @@ TEST(Session, AGrabbedBodyFollowsTheHand) {
   EXPECT_NEAR(session.world().pose(cube).position.z, 1.0f, 0.01f);  // it has fallen back to the ground
 }
 
-// The hand's joint and what it holds on to come and go with it.
+// The hand's joint and the body that holds it come and go with it.
 TEST(Session, LettingGoLeavesNothingBehind) {
   Session session(make, {.scene = "spread", .bodies = 1});
   for (int i = 0; i < 3; ++i) {
@@ -204,7 +204,7 @@ TEST_P(Overlays, ShowContactsWithTheirColours) {
   EXPECT_TRUE(behind.on_top.empty());
 }
 
-// A ball hangs by a spring half a metre below a fixed one.
+// A ball hangs on a spring half a metre below a fixed one.
 TEST_P(Overlays, ShowJointsAndWhatTheyCarry) {
   const auto make_on = [](const Choice& choice) {
     Scene scene;
@@ -267,7 +267,7 @@ TEST(JointMarks, ShowAxesAndLimits) {
   std::vector<render::Mark> marks = marks_of(joint);
   EXPECT_EQ(marks.size(), plain + 2) << "the way and its ends; no gap, since its anchors need not meet";
   EXPECT_LT(distance(marks[1].a, {-2, 0, 0}) + distance(marks[1].b, {3, 0, 0}), 1e-6f);
-  // The other way round the axes are still those of what is fixed, and the ball is at -1.
+  // With the bodies swapped, the axes are still those of the fixed body, and the ball is at -1.
   std::swap(joint.a, joint.b);
   marks = marks_of(joint);
   EXPECT_LT(distance(marks[1].a, {2, 0, 0}) + distance(marks[1].b, {-3, 0, 0}), 1e-6f);

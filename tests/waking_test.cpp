@@ -53,7 +53,7 @@ TEST(Waking, ATurntableTakesItsLoadAlong) {
   EXPECT_NEAR(world.velocity(load).angular.z, 1, 0.02f);
 }
 
-/// Net weight or drift so small that the speed is below `SleepSettings::linear_speed` for far longer than its time.
+/// A net weight or drift so small that the speed is below `SleepSettings::linear_speed` for far longer than its time.
 TEST(Waking, WhatNothingTouchesNeverStops) {
   for (const Shape& shape : {sphere(0.5f), box({0.5f, 0.5f, 0.5f})}) {
     WorldDef def = sleepy_world();
@@ -91,7 +91,7 @@ TEST(Waking, WhatDriftsTogetherNeverStops) {
   for (const BodyId id : ids) EXPECT_NEAR(world.pose(id).position.y, 0.4f, 5e-3f);
 }
 
-/// Slow, and near enough to something fixed to be its contact, but not carried by it.
+/// Slow, and close enough to a fixed body to have a contact with it, but not carried by it.
 TEST(Waking, WhatSinksAlongAWallNeverStops) {
   WorldDef def = sleepy_world();
   def.gravity = {0, 0, -0.02f};
@@ -128,7 +128,7 @@ TEST(Waking, WhatRestsFallsAsleep) {
 TEST(Waking, WhatIsPushedOutFallsAsleepOutside) {
   WorldDef def = sleepy_world();
   for (const float size : {0.02f, 0.5f, 5.0f})
-    for (const float depth : {0.1f, 0.6f, 1.5f})  // of the size
+    for (const float depth : {0.1f, 0.6f, 1.5f})  // relative to the size
       for (const Shape& shape :
            {sphere(size), capsule(size, size), box({size, size, size}), box({3 * size, 2 * size, size})})
         for (const bool floats : {false, true}) {
@@ -136,7 +136,7 @@ TEST(Waking, WhatIsPushedOutFallsAsleepOutside) {
                        std::to_string(static_cast<int>(shape.type)) + (floats ? ", floating" : ""));
           def.gravity = floats ? Vec3{} : Vec3{0, 0, -9.81f};
           World world(def);
-          // Lying, so that pushing one out does not tip it over.
+          // Lying, so that being pushed out does not tip it over.
           const Quat turn = shape.type == ShapeType::capsule ? axis_angle({0, 1, 0}, 0.5f * 3.14159265f) : Quat{};
           BodyDef below = dynamic(shape, {0, 0, 0.5f + size}, 1000 * size * size * size);
           below.pose.rotation = turn;
@@ -154,7 +154,7 @@ TEST(Waking, WhatIsPushedOutFallsAsleepOutside) {
           const BodyId id = world.add(above);
           int steps = 0;
           for (; steps < 1200 && world.is_awake(id); ++steps) world.step();
-          // What floats may keep a little drift.
+          // Floating bodies may keep a little drift.
           EXPECT_TRUE(floats || steps < 1200) << "it falls asleep";
           world.for_each_contact([&](const ContactInfo& c) {
             for (int p = 0; p < c.point_count; ++p) EXPECT_GT(c.points[p].separation, -0.05f * size - 1e-3f);
@@ -220,7 +220,7 @@ TEST(Waking, AFixedBodyAddedOrMovedIntoSleepersWakesThem) {
 
 namespace {
 
-/// A body that was quarantined in flight, and one that has been brought below it since.
+/// A body that was quarantined in flight, and one that was later moved below it.
 struct WithQuarantined {
   World world;
   BodyId below, above;

@@ -1,4 +1,4 @@
-// Small helpers that most tests of the world share.
+// Small helpers shared by most tests of the world.
 #pragma once
 
 #include <cmath>
@@ -9,14 +9,14 @@
 
 namespace fathom::test {
 
-/// Where device simulators that a test asks for run: FATHOM_TEST_DEVICE (host, cuda, sycl), or the host back end.
+/// Where tests run the device simulator: FATHOM_TEST_DEVICE (host, cuda, sycl), or the host back end.
 inline const char* test_device() {
   const char* device = std::getenv("FATHOM_TEST_DEVICE");
   return device ? device : "host";
 }
 
-/// Tests of the world hold for every simulator: FATHOM_TEST_DEVICE in the environment (host, cuda, sycl) asks for the
-/// device simulator; FATHOM_TEST_VARIANT for another than the default: `hybrid`, or `sweep`, `cells` on a device.
+/// Tests of the world apply to every simulator: FATHOM_TEST_DEVICE in the environment (host, cuda, sycl) selects the
+/// device simulator; FATHOM_TEST_VARIANT selects a variant: `hybrid`, or `sweep`, `cells` on a device.
 inline WorldDef sleepy_world(int threads = 1) {
   WorldDef def;
   def.threads = threads;

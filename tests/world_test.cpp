@@ -433,7 +433,7 @@ TEST(World, BodyWithoutAFiniteStateIsIsolatedAndReported) {
     BodyId broken;
     if (with_broken) {
       broken = world.add(dynamic(box({0.5f, 0.5f, 0.5f}), {0, 50, 20}, 1e-30f));
-      world.apply_force(broken, {1e30f, 0, 0});  // finite, and its acceleration is not
+      world.apply_force(broken, {1e30f, 0, 0});  // finite, but its acceleration is not
     }
     world.step();
     if (with_broken) {
