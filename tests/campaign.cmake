@@ -1,7 +1,8 @@
-# The commands of `fathom bench` from outside, on next to nothing: a campaign, its resumption, other engines, a comparison.
+# The commands of `fathom bench` from outside, with minimal work: a campaign, its resumption, other engines, a
+# comparison.
 file(REMOVE_RECURSE "${WORK}")
 
-# step(<exit code> <words that must be said> <arguments>…)
+# step(<exit code> <expected words> <arguments>…)
 function(step code words)
   execute_process(COMMAND "${PROGRAM}" bench ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
   if(NOT result EQUAL code OR NOT out MATCHES "${words}")

@@ -1,5 +1,5 @@
-// The execution layer on CUDA: the suite of exec_suite.hpp in a program of its own, which can be carried to a machine
-// with a GPU. Where there is none, all tests are skipped.
+// The execution layer on CUDA: the suite of exec_suite.hpp in a separate program, for carrying to a machine with a GPU.
+// Without a GPU all tests are skipped.
 #include <cstdio>
 
 #include "collision/eight.hpp"
@@ -29,7 +29,7 @@ struct SearchByTeams {
     unsigned below_zero;
   };
   static constexpr bool runs_in_teams = true;
-  const float* numbers;  // eight an item
+  const float* numbers;  // eight per item
   Result* results;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
@@ -60,7 +60,7 @@ TEST(CudaTeams, FindTheFirstOfTheLeast) {
   }
 }
 
-/// As the solver's sweeps wait for bodies (device/solve.hpp), for a quad that nobody writes.
+/// Waits as the solver's sweeps wait for bodies (device/solve.hpp), but for a quad that nothing writes.
 struct WaitForNothing {
   struct alignas(16) Quad {
     float x, y, z, w;

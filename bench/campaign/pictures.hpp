@@ -9,18 +9,18 @@
 namespace fathom::campaign {
 
 /// Draws one run of each environment for every set of algorithms: Fathom's on the native simulator, the dissertation's
-/// on the first GPU, else on the host's device. Draws nothing where this build or machine cannot.
+/// on the first GPU, or else on the host's device. Draws nothing if this build or machine cannot.
 class Painter {
  public:
-  /// `device`: on which the dissertation's algorithms are shown; `steps` of a whole run.
+  /// `device`: where the dissertation's algorithms are shown; `steps` of a whole run.
   Painter(const Store& store, std::string device, std::uint64_t steps);
   ~Painter();
   Painter(const Painter&) = delete;
   Painter& operator=(const Painter&) = delete;
 
-  /// To be called before the first step and after every one.
+  /// Call before the first step and after each step.
   void visit(const Case& what, std::uint64_t step, const World& world);
-  /// What was drawn of the last run.
+  /// The pictures of the last run.
   std::vector<Picture> take();
 
  private:

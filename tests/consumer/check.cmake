@@ -1,5 +1,5 @@
-# Installs Fathom to an empty prefix, then configures, builds and runs the consumer against it: through CMake, and where
-# there is a pkg-config file through that.
+# Installs Fathom to an empty prefix, then configures, builds and runs the consumer against it: through CMake, and if
+# there is a pkg-config file, through that too.
 #   cmake -D FATHOM_BUILD=… -D WORK=… -D GENERATOR=… -D COMPILER=… -D LINK_FLAGS=… -P check.cmake
 function(must_run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result)
