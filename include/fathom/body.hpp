@@ -40,9 +40,9 @@ struct Material {
   /// the larger radius.
   float rolling_resistance = 0.0f;
   /// Velocity of the surface relative to the body, as of a conveyor belt (m/s, at most 1e6; in the body's axes, or in
-  /// those of the compound's child that has this material). Only its component along the contact counts. Friction
-  /// brings what lies on the surface to this velocity and reacts on the body: a body that is not held drives off in the
-  /// opposite direction.
+  /// those of the compound's child that has this material). Only its component tangential to the contact counts.
+  /// Friction brings what lies on the surface to this velocity and reacts on the body: a body that is not held drives
+  /// off in the opposite direction.
   Vec3 surface_velocity{};
 };
 

@@ -8,9 +8,9 @@ namespace fathom {
 /// Poses in the memory of a device. Valid until the next step or change of the world.
 struct DevicePoses {
   const void* poses = nullptr;   ///< device pointer to `count` Poses of 32 bytes, by `BodyId::index`
-  std::size_t count = 0;         ///< slots; those without a body hold anything
-  void* stream = nullptr;        ///< cudaStream_t after whose work the poses are complete
-  int device = 0;                ///< the back end's number of the device
+  std::size_t count = 0;         ///< slots; undefined in those without a body
+  void* stream = nullptr;        ///< cudaStream_t whose work completes the poses
+  int device = 0;                ///< the back end's device number
   const char* backend = "cuda";  ///< which back end's memory it is
 };
 

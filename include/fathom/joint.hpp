@@ -126,7 +126,7 @@ struct CouplingEnd {
 /// What a joint is created from.
 struct JointDef {
   JointType type = JointType::ball;  ///< what it constrains
-  BodyId a{};                        ///< a living body
+  BodyId a{};                        ///< an existing body
   BodyId b{};                        ///< another one; at least one of the two is dynamic
   /// The joint's frame on each body, in body axes from its centre of mass (m); the rotations are normalised. Ball and
   /// distance joints use only the positions, as anchors. If B is fixed or kinematic, the axes are those of B's frame
@@ -283,8 +283,8 @@ inline JointDef coupling(BodyId a, BodyId b, CouplingEnd end_a, CouplingEnd end_
 // Couplings measure both motions in the world: the bearing of a wheel may move, but not turn about the wheel's axis.
 
 /// Two wheels at their current poses `pose_a` and `pose_b`: A turns by -`ratio` times the angle of B, each about its
-/// axis through its centre (world). External gears of radius r with axes in the same direction have the ratio r_b /
-/// r_a.
+/// axis through its centre (world). The ratio is r_b / r_a for external gears of these radii whose axes point in
+/// the same direction.
 inline JointDef gear_joint(BodyId a, const Pose& pose_a, Vec3 axis_a, BodyId b, const Pose& pose_b, Vec3 axis_b,
                            float ratio) {
   JointDef def = joint_parts::coupling(a, b, {CoupledMotion::turn, joint_frame(pose_a.position, axis_a)},

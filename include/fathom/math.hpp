@@ -33,8 +33,8 @@ namespace fathom {
 /// π.
 inline constexpr float pi = 3.14159265358979323846f;
 
-// fma, sqrt and abs are templates so that calls are not ambiguous under both `using namespace std` and `using namespace
-// fathom`: of two equally good overloads, the non-template one, std's, wins.
+// fma, sqrt and abs are templates so that calls are not ambiguous where both std and fathom are opened by
+// `using namespace`: of two equally good overloads, the non-template one, std's, wins.
 
 /// a·b + c with one rounding, on every target.
 template <class = void>

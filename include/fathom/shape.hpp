@@ -83,8 +83,8 @@ class FATHOM_API Hull {
     Vec3 normal;       ///< outward unit normal
     float offset = 0;  ///< dot(normal, point) of the face's points
   };
-  /// The half-edges of a face run counter-clockwise seen from outside. Twins are neighbours: the twin of edge e is e ^
-  /// 1, so that the undirected edges are the pairs (2k, 2k + 1).
+  /// The half-edges of a face run counter-clockwise seen from outside. Twins are neighbours: edge e has the
+  /// twin e ^ 1, so that the undirected edges are the pairs (2k, 2k + 1).
   struct HalfEdge {
     std::uint16_t next = 0;   ///< the next half-edge of the face
     std::uint8_t origin = 0;  ///< the vertex it leaves
