@@ -3,7 +3,7 @@
 // cell groups share no body; the groups are processed one after another (Le Grand 2007).
 //
 // As on a device (device/published/cells.hpp), a constraint belongs to the lower of its bodies' cells along each axis,
-// and a cell is as large as the largest box of a pushable body. Here the number of constraints is known when they are
+// and a cell is as large as the largest box of a dynamic body. Here the number of constraints is known when they are
 // partitioned: none is ever left out, and empty cells cost nothing.
 #pragma once
 

@@ -44,7 +44,7 @@ class ConstraintLayout {
   };
 
   /// Ranges of `bodies`, `stretches` and blocks. Only units of the first division have bodies and contacts with
-  /// unpushable bodies.
+  /// non-dynamic bodies.
   struct Unit {
     Range bodies{0, 0}, between{0, 0}, on_fixed{0, 0}, blocks{0, 0};
   };

@@ -292,7 +292,7 @@ void ContactGraph::colour(std::span<GraphEdge> edges) {
   }
 }
 
-/// Takes the lowest colour free on all pushable bodies.
+/// Takes the lowest colour free on all dynamic bodies.
 std::uint8_t ContactGraph::take_colour(std::uint32_t a, std::uint32_t b, bool fixed_a) {
   std::uint32_t taken = state_.colour_mask[b];
   taken |= fixed_a ? ~fixed_colours : state_.colour_mask[a] | fixed_colours;

@@ -1,8 +1,8 @@
 // All contacts of a world: their storage, their bodies, and the colours of those that touch.
 //
 // Colouring is greedy and persistent (as in Box2D v3 and Box3D): when a contact begins to touch, it takes the lowest
-// colour free on both bodies and keeps it until the touch ends. Contacts with an unpushable body occupy a colour of the
-// other body only, and have colours of their own, solved last because the ground is the firmer side. A contact that
+// colour free on both bodies and keeps it until the touch ends. Contacts with an non-dynamic body occupy a colour of
+// the other body only, and have colours of their own, solved last because the ground is the firmer side. A contact that
 // finds no colour goes to the overflow list, which is solved one by one. One thread assigns and releases colours in the
 // order of contacts, so they do not depend on timing. Colours are listed by unit (domains.hpp).
 //
@@ -37,7 +37,7 @@ struct GraphEdge {
   std::uint8_t colour;
   bool fixed_a;
 
-  /// Calls act(slot) for the pushable bodies.
+  /// Calls act(slot) for the dynamic bodies.
   template <class Act>
   void for_each_body(const Act& act) const {
     act(b);
@@ -246,7 +246,7 @@ class ContactGraph {
     for (std::size_t unit = 0; unit < domains_.units(); ++unit)
       for (const std::uint32_t index : of(unit, colour)) act(index);
   }
-  /// Constraints between two pushable bodies.
+  /// Constraints between two dynamic bodies.
   std::size_t between() const { return between_; }
 
   const Domains& domains() const { return domains_; }

@@ -3,7 +3,7 @@
 // Three divisions of the same bodies are kept, with borders at different positions. A contact is solved in the first
 // division that has both of its bodies in one domain. Domains of one division share no body, so all are solved at once,
 // and a sweep is three loops, whatever the number of colours. Contacts cut by every division (few, where two borders
-// cross) are left to one thread. Unpushable bodies belong to no domain: contacts with them belong to the other body's.
+// cross) are left to one thread. Non-dynamic bodies belong to no domain: contacts with them belong to the other body's.
 //
 // Unlike colours' blocks, domains affect the order in which contacts are solved. They are therefore a function of
 // bodies and contacts, never of threads, and part of a snapshot.
@@ -52,7 +52,7 @@ class Domains {
   }
   std::size_t home(std::uint32_t slot) const { return ids_[slot][0]; }
 
-  /// Divides the bodies `slots` again, given all contacts and their colours; `between` of them connect two pushable
+  /// Divides the bodies `slots` again, given all contacts and their colours; `between` of them connect two dynamic
   /// bodies.
   void divide(std::span<const std::uint32_t> slots, std::span<const Contact> contacts, std::size_t between,
               const BodyState& state, ThreadPool& pool);

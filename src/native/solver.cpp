@@ -114,8 +114,8 @@ class ContactSolver::Everything {
   ContactSolver& s_;
 };
 
-/// A sweep is a loop over the domains of each division. Work on single bodies, and contacts with unpushable ones, which
-/// come last in a sweep because that is the firmer side, wait for the next loop over the first division.
+/// A sweep is a loop over the domains of each division. Work on single bodies, and contacts with non-dynamic ones,
+/// which come last in a sweep because that is the firmer side, wait for the next loop over the first division.
 class ContactSolver::InDomains {
  public:
   explicit InDomains(ContactSolver& solver) : s_(solver), layout_(solver.layout_), domains_(solver.graph_.domains()) {}

@@ -396,7 +396,7 @@ float LoadWatch::inverse_mass(std::uint32_t slot) const {
   return bodies[slot].inverse_mass > 0 ? (*table)[slot].inverse_mass : 0.0f;
 }
 
-// Half the thickness (m) of the thinner pushable body.
+// Half the thickness (m) of the thinner dynamic body.
 float LoadWatch::thinner_half(std::uint32_t a, std::uint32_t b) const {
   float thinner = 1e30f;
   for (const std::uint32_t slot : {a, b})

@@ -24,7 +24,7 @@ void StandIns::lay_out(const ConstraintLayout& layout) {
   if (state_.solver.size() < entries) grow_to(state_.solver, entries);
 }
 
-/// Calls act(a) for lanes' indices of A in blocks with a moving unpushable body. Those blocks come last.
+/// Calls act(a) for lanes' indices of A in blocks with a moving non-dynamic body. Those blocks come last.
 template <class Act>
 void StandIns::for_each_moving(const Part& part, BlockArray blocks, const Act& act) const {
   for (std::size_t i = part.blocks.end; i-- > part.blocks.begin;) {

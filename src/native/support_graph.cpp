@@ -96,7 +96,7 @@ void SupportGraph::for_each_contact(const Act& act) const {
     graph_.for_each_of_colour(colour, [&](std::uint32_t index) { act(index, graph_[index]); });
 }
 
-// A pushable body with a coloured contact is among those in contact, so no other number is read. Bodies without
+// A dynamic body with a coloured contact is among those in contact, so no other number is read. Bodies without
 // contacts cost nothing.
 void SupportGraph::number(std::span<const std::uint32_t> in_contact) {
   grow_to(numbers_, state_.size());
@@ -124,7 +124,7 @@ void SupportGraph::join(std::uint32_t a, std::uint32_t b) {
   nodes_[std::max(a, b)].parent = std::min(a, b);
 }
 
-// Lists contacts that touch and are not hits, and for each body its contacts with pushable ones.
+// Lists contacts that touch and are not hits, and for each body its contacts with dynamic ones.
 void SupportGraph::list_links() {
   const auto is_hit = [&](std::uint32_t index, const Contact& c) {
     Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
@@ -166,7 +166,7 @@ void SupportGraph::for_each_neighbour(std::uint32_t node, const Act& act) const 
   }
 }
 
-// A breadth-first search from unpushable bodies.
+// A breadth-first search from non-dynamic bodies.
 void SupportGraph::find_levels() {
   queue_.clear();
   for (const Link& l : links_) {

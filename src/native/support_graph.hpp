@@ -2,7 +2,7 @@
 //
 // Sweeps hold light and low structures. Where a contact carries more than they can (`sweep_load`), all bodies that
 // press on each other there form a *structure*, and each of its bodies has a *level*: the number of contacts down to
-// something unpushable. A body's supports are its contacts with bodies of lower level.
+// a non-dynamic body. A body's supports are its contacts with bodies of lower level.
 #pragma once
 
 #include <cstdint>
@@ -25,12 +25,12 @@ class SupportGraph {
     std::uint32_t first_support, support_count;  ///< in `supports`
     std::uint32_t first_load, load_count;        ///< in `loads`
   };
-  /// A contact by which a member lies on another, or on something unpushable.
+  /// A contact by which a member lies on another, or on a non-dynamic body.
   struct Support {
     std::uint32_t contact;
     std::uint32_t upper;
     std::uint32_t lower;  ///< member, or `none`
-    std::uint32_t base;   ///< slot of the unpushable body, if `lower` is none
+    std::uint32_t base;   ///< slot of the non-dynamic body, if `lower` is none
     bool b_is_upper;
   };
   /// Members that press on each other, by level and slot.
@@ -111,14 +111,14 @@ class SupportGraph {
     std::uint32_t slot;
     std::uint32_t parent;                ///< towards the root of its structure
     std::uint32_t first_link, end_link;  ///< of `links_of_`
-    std::uint32_t base_links;            ///< contacts with unpushable bodies
+    std::uint32_t base_links;            ///< contacts with non-dynamic bodies
     std::uint32_t member;                ///< of `members_`
     float load;                          ///< of the body and all it carries (kg)
     float heaviest;                      ///< of a root (kg), see `heaviest`
     std::uint16_t level;
     bool is_overloaded;  ///< of a root
   };
-  /// A touching contact between nodes; `a` is `none` if unpushable.
+  /// A touching contact between nodes; `a` is `none` if it is not dynamic.
   struct Link {
     std::uint32_t a, b;
   };

@@ -58,7 +58,7 @@ inline bool may_collide(const BodyInfo& info) {
 }
 
 /// Whether continuous collision must stop these bodies, of which one is fast, from ending behind or inside each other.
-/// `a` is the unpushable one.
+/// `a` is the non-dynamic one.
 inline bool is_swept(const BodyInfo& a, const BodyInfo& b) {
   return a.motion != MotionType::dynamic || a.is_bullet || b.is_bullet;
 }
