@@ -1,15 +1,15 @@
-// Where fast bodies end that can both be pushed (free_way.hpp). Pure, for host and device.
+// End poses of fast pairs of dynamic bodies (free_way.hpp). Pure, for host and device.
 #pragma once
 
 #include "dynamics/free_way.hpp"
 
 namespace fathom {
 
-/// Where B ends whose way, that of `free_way`, is not free. What is hit beside its centre turns, and comes after what
-/// has hit it: B ends in front of the surface that it met, where that has got to. Or it goes with A from where it met
-/// it, where that is the shorter way. It is moved alone: velocities and orientations are as they were, and so are
-/// momentum and energy, which depends on the orientation of what has several principal moments. What still approach
-/// then have a contact in the next step.
+/// End pose of B if its `way`, from `free_way`, is not free. A body hit off its centre turns and may follow the body
+/// that hit it, so B ends in front of the surface that it met, at that surface's end pose; or B moves along with A from
+/// where they met, if that end is nearer. Only B's position changes: velocities and orientations stay, and with them
+/// momentum and energy, which depends on orientation if principal moments differ. Bodies that still approach have a
+/// contact in the next step.
 FATHOM_HD Pose end_beside(const FreeWay& way, const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b,
                           const Apart& first, float half, float dt) {
   const float skin = skin_of(a, b, half), allowed = allowed_depth(first.gap, half);
@@ -24,7 +24,7 @@ FATHOM_HD Pose end_beside(const FreeWay& way, const Mover& a, const Mover& b, co
   }
   const auto lifted = [&](Pose end) {
     const Apart apart = apart_carried(cores, at_a, at_b, end_a, end, normal);
-    // By rounding it would else be found inside again.
+    // Otherwise rounding could put it inside again.
     end.position = mul_add(end.position, max(skin - allowed - apart.gap, 0.0f), apart.normal);
     return end;
   };

@@ -1,5 +1,4 @@
-// How far fast bodies (look_ahead.hpp) may go towards the ends that the solver has given them. Pure, for host and
-// device.
+// How far fast bodies (look_ahead.hpp) may move towards the end poses from the solver. Pure, for host and device.
 #pragma once
 
 #include "dynamics/forces.hpp"
@@ -7,17 +6,17 @@
 
 namespace fathom {
 
-/// Where a body may go in place of the end that the solver has given it.
+/// Where a body may go instead of the end pose from the solver.
 struct FreeWay {
-  bool is_free = true;  ///< to that end
-  float part = 1;       ///< of the way
-  Vec3 aside;           ///< m, from where that part ends
-  Vec3 normal;          ///< of what stops it, from A to B
-  /// It was too deep at the end of its way: it is lifted to where its deepest point is `at` (m, world).
+  bool is_free = true;  ///< the whole way to that end
+  float part = 1;       ///< share of the way that is free
+  Vec3 aside;           ///< m, offset from the end of that part
+  Vec3 normal;          ///< of the contact that stops it, from A to B
+  /// The body ended too deep and is lifted: its deepest point comes to `at` (m, world).
   bool is_lifted = false;
   Vec3 at;
 
-  /// By `height` (m) along `along`.
+  /// Lifts B by `height` (m) along `along`.
   FATHOM_HD void lift(const NearCores& cores, const Pose& end_a, const Pose& end_b, Vec3 along, float height) {
     is_free = false, is_lifted = true;
     normal = along;
@@ -27,16 +26,16 @@ struct FreeWay {
   }
 };
 
-/// How deep (m) a pair that is `gap` (m) apart as the step begins may end: a load may press what it stands on a little
-/// deeper than it was.
+/// Penetration (m) allowed at the end of the step for a pair with separation `gap` (m) at its beginning: a load may
+/// press a body a little deeper into its support.
 FATHOM_HD float allowed_depth(float gap, float half) {
   return max(max(2 * entry_of(half), -gap), min(entry_of(half) - gap, pressed_share * half));
 }
 
-/// How far two bodies are apart at `end_a` and `end_b` along the direction that was `normal` at `a` and `b`. It has
-/// turned with the body whose face it is the normal of, or with neither, where edges met: the one of these along which
-/// they are most apart. Turned by more than 60° it says nothing of the side they were on: what spins half round on its
-/// way through a floor would be apart from it on the other side.
+/// Separation of two bodies at `end_a` and `end_b` along the direction that was `normal` at `a` and `b`. It has turned
+/// with the body whose face normal it is, or, between edges, with neither: the candidate with the largest separation
+/// counts. A candidate turned by more than 60° does not tell the side: a body that spins half a turn on its way through
+/// a floor would be separated from it on the other side.
 FATHOM_HD Apart apart_carried(const NearCores& cores, const Pose& a, const Pose& b, const Pose& end_a,
                               const Pose& end_b, Vec3 normal) {
   const Vec3 carried[] = {normal, rotate(end_a.rotation, inverse_rotate(a.rotation, normal)),
@@ -48,7 +47,7 @@ FATHOM_HD Apart apart_carried(const NearCores& cores, const Pose& a, const Pose&
   return most;
 }
 
-/// Whether bodies on their ways that touched as the step began end behind or inside each other.
+/// Whether moving bodies that touched as the step began end behind or inside each other.
 template <bool with_hulls = true>
 FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Mover& on_b, const Apart& first, float half,
                            float dt) {
@@ -63,13 +62,13 @@ FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Move
     return -nearest_separation(collide_shapes<with_hulls>(on_a.geometry, on_b.geometry, b_in_a, 0.0f, axis));
   };
   if (in_front(1)) return false;
-  // Where it has left the front of the surface it is behind it, or has got round its edge.
+  // Once it leaves the front of the surface, it is behind it or has moved round its edge.
   float front = 0, behind = 1;
   while (behind - front > 0x1p-8f) {
     const float middle = 0.5f * (front + behind);
     (in_front(middle) ? front : behind) = middle;
   }
-  // One call for both, as in `free_way`.
+  // One call site for both depths, as in `free_way`.
   float most = 0.5f * allowed;
   while (depth(behind) < most) {
     if (behind == 1) return false;
@@ -79,13 +78,13 @@ FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Move
   return true;
 }
 
-/// What a fast pair may go of its ways from the poses of `a` and `b` to `end_a` and `end_b`: all of it unless they come
-/// out inside or behind each other. A gets to `end_a`, whatever B does. The solver sees where bodies meet that fly
-/// straight on; what they meet after that, turned and thrown about within the step, is seen here, and is a contact of
-/// the next one. B goes on with what it meets, and along its surface. What touched before and still comes deeper or
-/// gets through, by corners that go round too fast for the solver or by what lies on it, is lifted out of the surface
-/// (`stopped` says how it goes on). It is not stopped: held where it is too deep it would be pushed out forever and
-/// never get out. `first` is that of `look_ahead`.
+/// How far a fast pair may move from the poses of `a` and `b` to `end_a` and `end_b`: all the way unless they end
+/// inside or behind each other. A reaches `end_a`, whatever B does. The solver sees the impacts of bodies that fly
+/// straight; impacts after a deflection within the step are found here and become contacts of the next step. B moves on
+/// with the body that it meets, and along its surface. A pair that touched before and still gets deeper or through,
+/// because corners turn too fast for the solver or because of a load, is lifted out of the surface (`stopped` gives its
+/// velocity). It is not stopped: held where it is too deep, it would be pushed out forever and never get out. `first`
+/// is that of `look_ahead`.
 template <bool with_hulls = true>
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
@@ -101,10 +100,10 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   if (end_gap >= -allowed) return way;
   if (gap <= skin) {
     if (!gets_behind<with_hulls>(cores, on_a, on_b, first, half, dt)) return way;
-    way.lift(cores, end_a, end_b, normal, skin - allowed - end_gap);  // by rounding it would else be found inside again
+    way.lift(cores, end_a, end_b, normal, skin - allowed - end_gap);  // otherwise rounding could put it inside again
     return way;
   }
-  // With what it meets it goes on, or that would run over it, and along its surface.
+  // B moves on with the body that it meets, which would otherwise run over it, and along its surface.
   const auto goes_on = [&](Vec3 along) {
     const float approach = max(dot(along, on_a.velocity.linear - on_b.velocity.linear), 0.0f);
     return ((1 - way.part) * dt) * mul_add(on_b.velocity.linear, approach, along);
@@ -124,9 +123,9 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
     const Pose b_in_a = relative(at_a, at_b);
     return nearest_separation(collide_shapes<with_hulls>(a.geometry, b.geometry, b_in_a, 0.0f, axis)) < -allowed;
   };
-  // The end of the way comes first. Of turns beyond half a turn a step's ends do not tell which way they went. There is
-  // one call for both, in a loop whose turns cannot be counted: compilers of SYCL kernels unroll a loop of eight and
-  // then inline every call, which took them minutes.
+  // The end of the way is tested first: beyond half a turn, the two poses do not tell the direction of rotation. A
+  // single call site serves this test and the bisection, in a loop of unknown trip count: SYCL compilers unroll a loop
+  // of eight and inline every call, which takes them minutes.
   float free = 0, inside = 2;
   while (inside - free > 0x1p-8f) {
     const float middle = 0.5f * (free + inside);
@@ -144,7 +143,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   return way;
 }
 
-/// Where a body comes to that goes from `begin` towards `end` as far as its way is free.
+/// End pose of a body that moves from `begin` towards `end` as far as its way is free.
 FATHOM_HD Pose end_of(const FreeWay& way, const Pose& begin, const Pose& end, float dt) {
   Pose pose = way.part < 1 ? advanced(begin, velocity_between(begin, end, dt), way.part * dt) : end;
   pose.position += way.aside;
@@ -152,10 +151,10 @@ FATHOM_HD Pose end_of(const FreeWay& way, const Pose& begin, const Pose& end, fl
   return pose;
 }
 
-/// The velocity of B that is lifted: its deepest point has hit A, which takes it the approach it has there, and the
-/// piece of it with its centre at `centre` (m, world) does not come nearer. A lift gives a body height, and one that
-/// kept its spin would come down on its corners again and again: small capsules and splinters, alone on a floor, spun
-/// faster and faster. Poses and masses are B's; those of A are of its end.
+/// Velocity of B after a lift: the impact of its deepest point on A removes the approach velocity there, and the piece
+/// centred at `centre` (m, world) does not come nearer either. A lift adds height, and a body that kept its spin would
+/// land on its corners again and again: small capsules and splinters, alone on a floor, spun faster and faster. Pose,
+/// mass and inertia are B's; `of_a` and `end_of_a` are those of A at its end.
 FATHOM_HD Velocity stopped(const FreeWay& way, const Velocity& of_a, Vec3 end_of_a, Vec3 centre, Velocity v,
                            const Pose& end_of_b, float inverse_mass, float isotropic, const SymMat3& inverse_inertia) {
   const Vec3 arm = way.at - (end_of_b.position + way.aside), turn = cross(arm, way.normal);
@@ -172,9 +171,8 @@ FATHOM_HD Velocity stopped(const FreeWay& way, const Velocity& of_a, Vec3 end_of
   return v;
 }
 
-/// The angular velocity (rad/s) of a body that `end_of` puts from `from` to `to`: its spin stays as the body has it,
-/// and with it its energy. What turns a thin rod about its long axis would turn the rod itself if it stayed in world
-/// axes.
+/// Angular velocity (rad/s) of a body that `end_of` turns from `from` to `to`: kept in the body frame, and with it the
+/// energy. Kept in world axes, the spin of a thin rod about its long axis would turn the rod end over end.
 FATHOM_HD Vec3 spin_put_back(Vec3 angular, Quat from, Quat to) { return rotate(to, inverse_rotate(from, angular)); }
 
 }  // namespace fathom

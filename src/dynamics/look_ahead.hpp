@@ -1,9 +1,9 @@
-// What fast bodies will touch within a step. Pure, for host and device.
+// Impacts of fast bodies within a step. Pure, for host and device.
 //
-// A contact made before bodies meet keeps them apart along one normal, that of the shapes as the step begins. Where
-// they move by a good part of their size within the step it is the wrong one: they come in beside it, or are stopped by
-// it as they pass. So for such a pair the time of impact is sought: what passes has no contact, and what meets has the
-// contact of the point where it meets, with separations that the way there will use up.
+// A speculative contact separates bodies along the contact normal as the step begins. For bodies that move by a good
+// part of their size within the step this normal is wrong: they meet beside it, or it stops them as they pass each
+// other. So the time of impact is sought for such a pair: bodies that pass get no contact, and bodies that meet get the
+// contact at the place of impact, with separations that the way there will use up.
 #pragma once
 
 #include "collision/collide.hpp"
@@ -17,20 +17,21 @@
 
 namespace fathom {
 
-/// Of the pair's thinner shape with the half thickness `half` (m): from which distance on (m) shapes as far from their
-/// origins as `reach` are apart for certain, and how deep they are looked at that meet, so that the normal is that of
-/// the side which is hit and an edge that they only brush, as at the seam of two tiles, does not count as one.
+/// `half`: half thickness (m) of the pair's thinner shape. `skin_of`: distance (m) from which on shapes up to `reach`
+/// (m) from their origins are certainly apart. `entry_of`: penetration (m) at which the manifold of an impact is made,
+/// so that the normal is that of the side which is hit, and an edge that is only brushed, as at the seam of two tiles,
+/// does not count.
 FATHOM_HD float skin_of(float half, float reach) { return min(max_skin, skin_share * half) + 4e-7f * reach; }
 FATHOM_HD float entry_of(float half) { return min(max_axis_tolerance, axis_tolerance_share * half); }
 
-/// Within a step, of a pair with the speculative margin `margin` (m).
+/// Relative movement (m) within a step of a pair with the speculative margin `margin` (m).
 FATHOM_HD float movement_of(float margin, float radius_a, float radius_b, float dt) {
   return margin - margin_at_rest(radius_a, radius_b, dt);
 }
 
-/// Whether shapes that have just been collided with the result `seen`, and the axis that came of it, cannot meet within
-/// the step: the axis shows them farther apart than their speculative margin, which is the way that they can go. (Of a
-/// turn by more than a radian it has not all.)
+/// Whether shapes just collided, with the result `seen` and `axis`, cannot meet within the step: along the axis they
+/// are farther apart than their speculative margin, which bounds their relative movement (but not for turns of more
+/// than a radian).
 FATHOM_HD bool pass_for_certain(const Manifold& seen, const AxisCache& axis, const Velocity& a, const Velocity& b,
                                 float dt) {
   const auto turns_little = [dt](const Velocity& v) { return dt * dt * length_squared(v.angular) <= 1; };
@@ -38,12 +39,12 @@ FATHOM_HD bool pass_for_certain(const Manifold& seen, const AxisCache& axis, con
 }
 
 enum class Ahead : std::uint8_t {
-  as_seen,  ///< the manifold that `collide` made of the poses as they are
-  nothing,  ///< they pass
+  as_seen,  ///< the manifold that `collide` made at the current poses
+  nothing,  ///< they pass each other
   meets,    ///< `LookAhead::manifold`
 };
 
-/// A direction in world axes along which two bodies are `gap` (m) apart, or reach into each other.
+/// A direction in world axes and the separation `gap` (m) of two bodies along it, negative in penetration.
 struct Apart {
   Vec3 normal;
   float gap;
@@ -52,13 +53,14 @@ struct Apart {
 struct LookAhead {
   Ahead ahead = Ahead::as_seen;
   bool is_fast = false;  ///< moves far enough within the step for `free_way`
-  Apart first{};         ///< as the step begins; of fast pairs
-  float time = 0;        ///< s from the step's beginning to where the manifold was made
-  Pose b_in_a;           ///< there
+  Apart first{};         ///< as the step begins; only for fast pairs
+  float time = 0;        ///< s from the step's beginning to the moment at which the manifold was made
+  Pose b_in_a;           ///< at that moment
   Manifold manifold;
 };
 
-/// As the step begins: along the normal of the manifold `seen`, unless the bodies are nearer than its points there.
+/// Separation as the step begins: along the normal of the manifold `seen`, unless that separation is less than its
+/// points'; then along the better of it and the direction of greatest separation.
 FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores& cores, const Manifold& seen,
                                float skin) {
   const Vec3 guess =
@@ -74,8 +76,8 @@ FATHOM_HD float skin_of(const Mover& a, const Mover& b, float half) {
   return skin_of(half, length(b.pose.position - a.pose.position));
 }
 
-/// Of a pair with the manifold `seen`, which may be empty though they are nearer than their speculative margin
-/// `margin`: over that distance faces need not face each other. The thinner shape is twice `half` thick (m).
+/// For a pair with the manifold `seen`, which may be empty although the pair is within its speculative margin `margin`:
+/// over that distance faces need not face each other. `half`: half thickness (m) of the thinner shape.
 template <bool with_hulls = true>
 FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& seen, float margin, float half,
                                float dt) {
@@ -91,7 +93,7 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   Impact impact{true, 0, gap, approach / dt, normal};
   if (seen.count > 0 && gap <= entry && approach - gap <= 2 * entry) return result;
   if (!cores.meet || (gap > skin && approach < gap - skin))
-    impact.meets = false;  // this very direction shows it
+    impact.meets = false;  // this direction alone shows it
   else if (gap > skin)
     impact = first_impact(a, b, cores, dt, skin, normal);
   if (!impact.meets) {
@@ -101,8 +103,8 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   }
   const float deeper = max(impact.gap, 0.0f) + entry;
   const bool gets_deep = impact.speed * (dt - impact.time) >= deeper;
-  // What meets so late that it does not get as deep tells no side yet: at the seam of two tiles it would be the wrong
-  // one. The next step sees it touch.
+  // An impact too late to get that deep does not tell the side yet: at the seam of two tiles it could be the wrong one.
+  // The next step sees the bodies touch.
   if (impact.time > 0 && !gets_deep) {
     result.ahead = Ahead::nothing;
     return result;
@@ -116,9 +118,9 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   return result;
 }
 
-/// Rows that `prepare_contact` has made of the poses in which two bodies will be after `time` (s) if nothing stops
-/// them, brought back to the step's beginning: separations are as many metres larger as points approach on the way
-/// there. Returns the least.
+/// Brings the rows that `prepare_contact` made at the poses after `time` (s) of free movement back to the step's
+/// beginning: adds to each separation the distance by which its point approaches on the way there. Returns the least
+/// separation.
 template <class Inertia>
 FATHOM_HD float count_back(float time, const ContactBodies<Inertia>& bodies, ContactRows& rows) {
   const NormalMotion motion = rows.axes().velocity(bodies);
@@ -132,7 +134,7 @@ FATHOM_HD float count_back(float time, const ContactBodies<Inertia>& bodies, Con
   return nearest;
 }
 
-/// `prepare_contact` of a manifold made where its bodies will be after `time` (s).
+/// `prepare_contact` for a manifold made at the poses that its bodies will have after `time` (s).
 template <class Inertia>
 FATHOM_HD float prepare_contact_ahead(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b, float time,
                                       bool round, const ContactBodies<Inertia>& bodies, ContactRows& rows) {

@@ -1,9 +1,9 @@
-// When and where two bodies that move on as they do would meet. Pure, for host and device.
+// When and where two bodies would meet if they keep their velocities. Pure, for host and device.
 //
 // Conservative advancement (B. Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996, section 2.3;
-// along one direction at a time as in Box2D's and Bullet's): along a direction in which shapes are apart they cannot
-// meet before the distance is used up by their velocities in that direction and by how far turning can bring any of
-// their points. Bodies that fly straight pass a plane of contact in one step of it.
+// along one direction at a time as in Box2D's and Bullet's): shapes separated along a direction cannot meet before
+// their velocities along it and the farthest reach of their turning points have used up the distance. Bodies that fly
+// without turning pass a plane of contact in one advance.
 #pragma once
 
 #include "collision/gap.hpp"
@@ -11,7 +11,7 @@
 
 namespace fathom {
 
-/// One of two bodies on its way.
+/// One of two moving bodies.
 struct Mover {
   Geometry geometry;
   float radius = 0;  ///< of the bounding sphere (m)
@@ -19,7 +19,7 @@ struct Mover {
   Velocity velocity;
 };
 
-/// Where it is after `time` (s).
+/// The pose after `time` (s).
 FATHOM_HD Pose advanced(const Pose& pose, const Velocity& v, float time) {
   Pose later = pose;
   later.position = mul_add(pose.position, time, v.linear);
@@ -27,8 +27,8 @@ FATHOM_HD Pose advanced(const Pose& pose, const Velocity& v, float time) {
   return later;
 }
 
-/// Speed (m/s) at which the bodies can at most approach along the unit vector `n` from A to B in world axes, whatever
-/// way they have turned by then. What is round does not come nearer by turning.
+/// Upper bound of the approach speed (m/s) along the unit vector `n` from A to B in world axes, at any orientation. The
+/// rounding radius of a shape adds nothing by turning.
 FATHOM_HD float max_approach(const Mover& a, const Mover& b, Vec3 n) {
   const auto turning = [n](const Mover& m) {
     return (m.radius - m.geometry.radius) * length(cross(n, m.velocity.angular));
@@ -36,8 +36,8 @@ FATHOM_HD float max_approach(const Mover& a, const Mover& b, Vec3 n) {
   return dot(n, a.velocity.linear - b.velocity.linear) + (turning(a) + turning(b));
 }
 
-/// The part of a box that lies in the region, for precision: sides of a kilometre are rounded by more than a bullet's
-/// size. False where none does.
+/// Clips a box to the region, for precision: sides of a kilometre are rounded by more than a bullet's size. False if
+/// nothing is left.
 FATHOM_HD bool clip_to(Core& core, const Aabb& region) {
   if (core.hull.vertex_count > 0) return true;
   const Vec3 lower = max(core.middle - core.half, region.lower), upper = min(core.middle + core.half, region.upper);
@@ -47,20 +47,20 @@ FATHOM_HD bool clip_to(Core& core, const Aabb& region) {
   return true;
 }
 
-/// What `other` may reach within `dt`, in the frame of `of`, and `room` (m) around it.
+/// The region that `other` may reach within `dt`, in the frame of `of`, with `room` (m) around it.
 FATHOM_HD Aabb region_of(const Mover& other, const Mover& of, float dt, float room) {
   const Vec3 from = inverse_transform(of.pose, other.pose.position);
   const Vec3 path = inverse_rotate(of.pose.rotation, dt * (other.velocity.linear - of.velocity.linear));
-  // Seen from a body that turns, the other goes round it.
+  // In the frame of a turning body, the other one orbits it.
   const float round = dt * length(of.velocity.angular) * (length(from) + length(path));
   const Aabb way{from + min(path, Vec3{}), from + max(path, Vec3{})};
   return grown(way, 1.01f * (other.radius + room + round));
 }
 
-/// The cores of two bodies, as far as either may reach the other.
+/// The cores of two bodies, clipped to what the other may reach.
 struct NearCores {
   Core a, b;
-  bool meet = false;  ///< false: neither does
+  bool meet = false;  ///< false: they cannot reach each other
 
   FATHOM_HD float radii() const { return a.radius + b.radius; }
 };
@@ -73,7 +73,7 @@ FATHOM_HD NearCores near_cores(const Mover& a, const Mover& b, float dt, float s
   return cores;
 }
 
-/// The points of two cores that are farthest along a direction from A to B, from either body's centre, in world axes.
+/// Support points of two cores along a direction from A to B, relative to each body's centre, in world axes.
 struct SupportPair {
   Vec3 on_a, on_b;
 };
@@ -85,16 +85,16 @@ FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Po
   return dot(n, (b.position - a.position) + (at.on_b - at.on_a)) - cores.radii();
 }
 
-/// How far shapes at these poses are apart along the unit vector `n` from A to B in world axes (m).
+/// Separation (m) of shapes at these poses along the unit vector `n` from A to B in world axes.
 FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Pose& b, Vec3 n) {
   return separation_along(cores, a, b, supports_along(cores, a, b, n), n);
 }
 
-/// How fast turning by a constant velocity brings some point of a core forward along `n`, at most, over the time `span`
-/// (s) from now on (m/s); `height` is its farthest point's now (m).
+/// Upper bound of the speed (m/s) at which turning at a constant angular velocity moves any point of a core forward
+/// along `n` over the next `span` (s); `height` (m) is that of its support point now.
 ///
-/// Along n the point p of a body gets to n·p + t (n × ω)·p, but for at most ω²t²/2 of its distance. So what is highest
-/// along n + t n × ω bounds them all, and that height is convex in t.
+/// After t the height of a point p along n is n·p + t (n × ω)·p, to within ω²t²/2 |p|. So the support point along n + t
+/// n × ω bounds all points, and its height is convex in t.
 FATHOM_HD float turning_forward(const Core& core, Quat rotation, Vec3 angular, float reach, Vec3 n, float height,
                                 float span) {
   const Vec3 change = cross(n, angular);
@@ -104,14 +104,14 @@ FATHOM_HD float turning_forward(const Core& core, Quat rotation, Vec3 angular, f
   return min(reach * length(change), (highest - height) / span + bent);
 }
 
-/// How much nearer two bodies can come along a direction within a time from now on. Turning brings nothing beyond its
+/// Bounds how much nearer two bodies can come along a direction within a time. Turning moves no point beyond the
 /// bounding sphere.
 struct Approach {
   float straight;             ///< m/s
-  float turning_a, within_a;  ///< m/s, and up to so many metres in all
+  float turning_a, within_a;  ///< m/s, and the limit (m) in all
   float turning_b, within_b;
 
-  /// At these poses, over the time `span` > 0 (s).
+  /// From these poses on, over the time `span` > 0 (s).
   FATHOM_HD Approach(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a, const Pose& pose_b,
                      const SupportPair& at, Vec3 n, float span)
       : straight(dot(n, a.velocity.linear - b.velocity.linear)) {
@@ -123,13 +123,13 @@ struct Approach {
     within_b = max(reach_b - height_b, 0.0f);
   }
 
-  /// Time (s) before which they do not come nearer by `distance` > 0 (m); 3e38 where they never do.
+  /// Time (s) before which they cannot come nearer by `distance` > 0 (m); 3e38 if they never can.
   FATHOM_HD float time_for(float distance) const {
     const bool is_a_first = turning_a > 0 && within_a * turning_b <= within_b * turning_a;
     const float turning[] = {is_a_first ? turning_a : turning_b, is_a_first ? turning_b : turning_a, 0};
     const float within[] = {is_a_first ? within_a : within_b, is_a_first ? within_b : within_a, 0};
     float speed = straight + (turning_a + turning_b), turned = 0;
-    // While both turn, while one does, and when both are as far forward as they get.
+    // While turning brings both forward, then one, then neither.
     for (int i = 0; i < 3; ++i) {
       if (!(speed > 0)) return 3e38f;
       const float time = (distance - turned) / speed;
@@ -141,14 +141,13 @@ struct Approach {
   }
 };
 
-/// How fast (m/s) the bodies can at most approach along an axis that is `n` now and turns with the angular velocity
-/// `turn` (rad/s), within the time `span` > 0 (s) from these poses on. Where bodies turn past each other, the axis
-/// along which they are most apart turns, too, and along it they approach far more slowly than along one that stands
-/// still.
+/// Upper bound of the approach speed (m/s) along an axis that is `n` now and turns with the angular velocity `turn`
+/// (rad/s), over the time `span` > 0 (s) from these poses on. Where bodies turn past each other, their axis of greatest
+/// separation turns too, and along it they approach far more slowly than along a fixed axis.
 ///
-/// Along an axis n that turns with W the way d between the centres changes at the rate n·(v − W × d), with v the
-/// bodies' relative velocity, whose own rate of change is 2 (W × n)·v − (W × n)·(W × d). A point p of a body that turns
-/// with ω moves at ((W − ω) × n)·p, which changes by no more than |W − ω| (|W| + |ω|) |p|.
+/// Along an axis n that turns with W, the offset d between the centres changes at the rate n·(v − W × d), where v is
+/// the bodies' relative velocity; the rate of change of that is 2 (W × n)·v − (W × n)·(W × d). A point p of a body that
+/// turns with ω moves at ((W − ω) × n)·p, which changes at a rate of at most |W − ω| (|W| + |ω|) |p|.
 FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
                                const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float span) {
   const Vec3 way = pose_b.position - pose_a.position, velocity = b.velocity.linear - a.velocity.linear;
@@ -165,9 +164,9 @@ FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores& 
          forward(b, cores.b, pose_b.rotation, -n, -dot(n, at.on_b));
 }
 
-/// Time (s) up to `left`, or more, for which bodies at these poses do not come nearer by `distance` > 0 (m), seen along
-/// an axis that stands still, that turns as it has done (`turn`, rad/s), or that turns with either of them. What they
-/// do in a shorter time is known better.
+/// Time (s) for which bodies at these poses cannot come nearer by `distance` > 0 (m), along an axis that is fixed, that
+/// turns as so far (`turn`, rad/s), or that turns with either body; it may exceed `left`. Over shorter spans the bounds
+/// are tighter.
 FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
                            const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float left, float distance) {
   constexpr int max_looks = 3;
@@ -188,7 +187,7 @@ FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores& core
   return safe;
 }
 
-/// A direction in world axes along which shapes at these poses are apart, about the one in which they are most.
+/// About the direction of greatest separation, in world axes, of shapes at these poses.
 FATHOM_HD Vec3 direction_apart(const NearCores& cores, const Pose& a, const Pose& b, Vec3 guess, float tolerance) {
   const Vec3 local = inverse_rotate(a.rotation, guess);
   return rotate(a.rotation, gap_between(cores.a, cores.b, make_frame(relative(a, b)), local, tolerance).normal);
@@ -197,26 +196,26 @@ FATHOM_HD Vec3 direction_apart(const NearCores& cores, const Pose& a, const Pose
 struct Impact {
   bool meets = false;
   float time = 0;   ///< s from now
-  float gap = 0;    ///< m that is left then, at least
-  float speed = 0;  ///< m/s at which they can at most approach then along the gap
+  float gap = 0;    ///< m left then, a lower bound
+  float speed = 0;  ///< m/s, upper bound of the approach speed along the gap then
   Vec3 normal;      ///< of the gap, from A to B, in world axes
 };
 
-/// Whether the bodies come nearer to each other than `skin` (m) within `dt` (s), and when first. `guess`: about the
+/// Whether, and when first, the bodies come nearer to each other than `skin` (m) within `dt` (s). `guess`: about the
 /// direction from A to B in world axes.
 FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& cores, float dt, float skin,
                               Vec3 guess) {
-  constexpr int max_advances = 48;  // only what turns fast or grazes round things takes more than six
+  constexpr int max_advances = 48;  // only fast spins and grazing round shapes take more than six
   Impact impact;
   if (!cores.meet) return impact;
   impact.normal = guess;
-  Vec3 turn, former;  // of the axis
-  float since = 0;    // s, from when it was `former`
+  Vec3 turn, former;  // rad/s of the axis, and the axis itself at the advance before
+  float since = 0;    // s since the axis was `former`
   for (int i = 0; i < max_advances; ++i) {
     const Pose at_a = advanced(a.pose, a.velocity, impact.time), at_b = advanced(b.pose, b.velocity, impact.time);
     const Vec3 local = inverse_rotate(at_a.rotation, impact.normal);
     const float left = dt - impact.time;
-    // Many a direction shows that they pass, long before the one in which they are most apart is found.
+    // Many directions show that they pass, long before that of greatest separation is found.
     const auto shows = [&](const Gap& found) {
       const float gap = found.distance - cores.radii();
       if (!(gap > skin)) return false;

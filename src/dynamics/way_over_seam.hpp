@@ -1,4 +1,4 @@
-// How far fast bodies may go over seams (collision/seam.hpp). Pure, for host and device.
+// How far fast bodies may move over seams (collision/seam.hpp). Pure, for host and device.
 #pragma once
 
 #include "collision/seam.hpp"
@@ -6,9 +6,9 @@
 
 namespace fathom {
 
-/// Changes the `way` of B that A stops, which may be hidden there by what lies beside it: then only how deep B gets
-/// under a face that can be seen counts. Arguments are those of `free_way`; kept(b_in_a, margin, manifold) is what
-/// counts of a manifold, a SeamManifold.
+/// Corrects the `way` of B that A stops, since neighbours of A may hide the feature that stops it: then only B's depth
+/// under an exposed face counts. Arguments are those of `free_way`; kept(b_in_a, margin, manifold) returns the part of
+/// a manifold that counts, a SeamManifold.
 template <bool with_hulls = true, class Kept>
 FATHOM_HD void find_way_over_seam(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b,
                                   const Apart& first, float half, float dt, const Kept& kept, FreeWay& way) {
@@ -20,7 +20,8 @@ FATHOM_HD void find_way_over_seam(const Mover& a, const Mover& b, const Pose& en
   const Pose at_a = there(a, end_a);
   const Vec3 stopping = inverse_rotate(at_a.rotation, way.normal);
   SeamManifold held;
-  // Where it is stopped, and then, if nothing holds it there, where it ends: one call for both, as in `free_way`.
+  // At the pose where it is stopped, then, if nothing holds it there, at its end: one call site for both, as in
+  // `free_way`.
   for (int look = 0; look < 2; ++look) {
     const bool at_end = look == 1;
     const Pose b_in_a = at_end ? relative(end_a, end_b) : relative(at_a, there(b, end_b));
