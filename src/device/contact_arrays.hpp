@@ -1,11 +1,11 @@
 // Contacts on the device: pairs of bodies whose fat boxes overlap, the manifolds of those that touch, and the counters
-// through which kernels tell each other how many there are.
+// that kernels share.
 //
-// Nothing depends on where in these arrays a contact lies, since slots are taken with atomics, in any order: colours
+// Slots are taken with atomics, in any order, so nothing may depend on a contact's place in these arrays: colours
 // follow from the pair's priority, sweeps from colours, and lists for the application are sorted when they are read.
 //
-// Manifolds, constraints and events have a capacity of their own: of pairs whose fat boxes overlap, a quarter touches,
-// and what a touching one needs (some 500 bytes) is ten times a pair's.
+// Manifolds, constraints and events have a capacity of their own: a quarter of the pairs with overlapping fat boxes
+// touch, and a touching one needs some 500 bytes, ten times as much as a pair.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@
 
 namespace fathom::device {
 
-inline constexpr std::uint32_t dynamic_colours = 56;  ///< then those of contacts with bodies that cannot be pushed
-inline constexpr std::uint32_t further_colour = 64;   ///< then those of contacts that found none of the first
+inline constexpr std::uint32_t dynamic_colours = 56;  ///< then colours of contacts with non-dynamic bodies
+inline constexpr std::uint32_t further_colour = 64;   ///< then colours of contacts that found no lower one free
 inline constexpr std::uint32_t colour_count = 128;
 inline constexpr std::uint32_t overflow_colour = 128;
 inline constexpr std::uint32_t schedule_size = colour_count + 1;
@@ -28,34 +28,34 @@ inline constexpr std::uint32_t schedule_size = colour_count + 1;
 enum ContactBits : std::uint32_t {
   colour_bits = 0xff,
   touching_bit = 0x100,
-  fixed_a_bit = 0x200,  ///< A is fixed or kinematic
+  fixed_a_bit = 0x200,  ///< A is static or kinematic
   fresh_bit = 0x400,    ///< found in this step
-  round_bit = 0x800,    ///< a body is a sphere or a capsule; known of those that have touched
-  /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
-  /// `step_impulse` until the step has one.
+  round_bit = 0x800,    ///< a body is a sphere or a capsule; set once the contact has touched
+  /// The manifold was made at the poses of impact (dynamics/look_ahead.hpp); `step_impulse` holds the time of impact
+  /// until the step has an impulse.
   ahead_bit = 0x1000,
-  in_touch_bit = 0x2000,  ///< the bodies touch, as events tell (dynamics/touch.hpp)
-  hits_bit = 0x4000,      ///< the last step's hit goes on
-  near_bit = 0x8000,      ///< near enough to touch as the step under way began
-  closing_bit = 0x10000,  ///< approached faster than a hit's threshold then
+  in_touch_bit = 0x2000,  ///< the bodies touch, as reported by events (dynamics/touch.hpp)
+  hits_bit = 0x4000,      ///< the last step's hit continues
+  near_bit = 0x8000,      ///< near enough to touch as this step began
+  closing_bit = 0x10000,  ///< approached faster than the hit threshold then
   touch_halvings_shift = 20,
   apart_bit = 0x20000,              ///< a joint keeps the bodies from touching
-  on_moving_surface_bit = 0x40000,  ///< a body's surface moves against it; known of those that have touched
+  on_moving_surface_bit = 0x40000,  ///< a body has a moving surface; set once the contact has touched
 };
 
 struct alignas(16) Contact {
-  std::uint32_t a = none, b = none;  ///< device indices; a body that cannot be pushed is always A; `none`: unused
+  std::uint32_t a = none, b = none;  ///< device indices; a non-dynamic body is always A; `none`: unused
   AxisCache axis;
   std::uint32_t bits = overflow_colour;
   float recycle_distance = 0;     ///< m
-  std::uint32_t manifold = none;  ///< of a touching one, among the manifolds
-  /// m of depth that counts as touching (dynamics/overlap.hpp); below 0, of what counts as deeper than it is
+  std::uint32_t manifold = none;  ///< index of the manifold, if touching
+  /// Penetration (m) that counts as touching (dynamics/overlap.hpp); below 0, the contact counts as deeper than it is
   /// (dynamics/lift.hpp).
   float offset = 0;
   std::uint32_t unused = 0;
 
   FATHOM_HD bool in_use() const { return a != none; }
-  /// There is a manifold: the bodies touch or soon may.
+  /// There is a manifold: the bodies touch or may do so soon.
   FATHOM_HD bool touching() const { return bits & touching_bit; }
   FATHOM_HD bool in_touch() const { return bits & in_touch_bit; }
   FATHOM_HD std::uint32_t touch_halvings() const { return bits >> touch_halvings_shift & 15; }
@@ -69,8 +69,8 @@ struct alignas(16) Contact {
 };
 static_assert(sizeof(Contact) == 32);
 
-/// The shapes of pairs that are collided apart from others, so that neighbouring work-items do the same work.
-enum ShapePair : std::uint32_t { boxes, hulls, others };  ///< two boxes, a hull and any, others
+/// Pairs of shapes that are collided separately, so that neighbouring work-items do the same work.
+enum ShapePair : std::uint32_t { boxes, hulls, others };  ///< two boxes; a hull and any shape; all others
 inline constexpr std::uint32_t shape_pairs = 3;
 
 FATHOM_HD ShapePair shape_pair(ShapeType a, ShapeType b) {
@@ -81,9 +81,9 @@ FATHOM_HD ShapePair shape_pair(ShapeType a, ShapeType b) {
 /// Why a step stopped.
 enum Stop : std::uint32_t {
   no_stop,
-  no_room_for_pairs,      ///< nothing has been changed: the step is done again
-  no_room_for_manifolds,  ///< contacts begin: the step goes on where they were deferred
-  body_failed,            ///< its state is not finite: all is solved again without it
+  no_room_for_pairs,      ///< nothing has changed: the step is repeated
+  no_room_for_manifolds,  ///< for contacts that begin: the step resumes with the deferred ones
+  body_failed,            ///< its state is not finite: the step is solved again without it
 };
 
 struct alignas(8) PairRecord {
@@ -97,12 +97,12 @@ struct HitRecord {
   float speed;
 };
 
-/// One colour's constraints, or the overflow's.
+/// The range of a colour's constraints, or of the overflow's.
 struct Stretch {
   std::uint32_t first, count;
 };
 
-/// Bounce sweeps that are noted: those of the first four substeps.
+/// Bounce sweeps that are recorded: those of the first four substeps.
 inline constexpr std::uint32_t noted_bounce_sweeps = 4 * max_bounce_sweeps;
 
 /// Counts that live on the device from one step to the next.
@@ -111,9 +111,9 @@ struct Counters {
   std::uint32_t contacts = 0;  ///< slots in use, holes included
   std::uint32_t free_contacts = 0;
   std::uint32_t layout_dirty = 1;  ///< colours changed since the constraints were last laid out
-  std::uint32_t may_bounce = 0;    ///< some contact had a restitution above zero
+  std::uint32_t may_bounce = 0;    ///< some contact has had a restitution above zero
   std::uint32_t step = 0;          ///< steps done, modulo 2³²
-  std::uint32_t stopped = 0;       ///< a `Stop`; nothing runs until the host has seen to it
+  std::uint32_t stopped = 0;       ///< a `Stop`; nothing runs until the host has handled it
   std::uint32_t manifolds = 0;     ///< slots in use, holes included
   std::uint32_t free_manifolds = 0;
   std::uint32_t changed = 0;     ///< 1: some body has a new fat box
@@ -122,86 +122,86 @@ struct Counters {
   std::uint32_t mechanisms = 0, mechanism_links = 0;
   Vec3 gravity;  ///< m/s²
 
-  // Of the step under way.
-  std::uint32_t live_bodies = 0;  ///< `bodies`, or 0 where the step was stopped
+  // Of the current step.
+  std::uint32_t live_bodies = 0;  ///< `bodies`, or 0 if the step was stopped
   std::uint32_t live_contacts = 0;
   std::uint32_t contact_groups = 0;
-  std::uint32_t found = 0;      ///< pairs that the search found
-  std::uint32_t added = 0;      ///< `found`, or 0 where the step was stopped
-  std::uint32_t first_new = 0;  ///< the first slot behind all used ones
+  std::uint32_t found = 0;      ///< pairs found by the search
+  std::uint32_t added = 0;      ///< `found`, or 0 if the step was stopped
+  std::uint32_t first_new = 0;  ///< the first slot after all used ones
   std::uint32_t recycling = 0;  ///< free slots before this step's pairs took theirs
-  std::uint32_t levels = 1;     ///< of the grid that hold bodies, a bit each
+  std::uint32_t levels = 1;     ///< grid levels with bodies, a bit each
   std::uint32_t changed_levels = 0;
   std::uint32_t search_groups = 0;
   std::uint32_t coarse_groups = 0;
   std::uint32_t grid_cells = 0;
   std::uint32_t grid_bodies = 0;
   std::uint32_t big = 0;
-  std::uint32_t filled_entries = 0;  ///< of the grid when it was last filled: another one holds nothing yet
+  std::uint32_t filled_entries = 0;  ///< table size of the grid when last filled; a table of another size is empty
   std::uint32_t to_collide[shape_pairs] = {};
-  std::uint32_t fast[2] = {};          ///< pairs that move fast for their size: without a hull, with one
-  std::uint32_t looked_ahead[2] = {};  ///< of them, before the step stopped for want of manifolds
+  std::uint32_t fast[2] = {};          ///< fast pairs: without a hull, with one
+  std::uint32_t looked_ahead[2] = {};  ///< of them, before the step stopped for lack of manifolds
   std::uint32_t fast_bodies = 0;       ///< entries of `Bodies::fast`
   std::uint32_t taken_manifolds = 0;
   std::uint32_t freed_manifolds = 0;
-  std::uint32_t deferred[shape_pairs] = {};  ///< of `to_collide`: they touch, and there was no manifold for them
+  std::uint32_t deferred[shape_pairs] = {};  ///< of `to_collide`: they touch, but there was no room for a manifold
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
-  std::uint32_t any_began = 0;  ///< 1: some contact got a manifold, where `begun` counts touches, which come later
+  std::uint32_t any_began = 0;  ///< 1: some contact got a manifold; `begun` counts touches, which come later
   std::uint32_t any_ended = 0;  ///< 1: some contact lost its manifold
-  std::uint32_t waking = 0;     ///< bodies to look at for waking: 0 or all
+  std::uint32_t waking = 0;     ///< bodies to check for waking: 0 or all
   std::uint32_t layout_groups = 0;
-  std::uint32_t laying_out = 0;                     ///< 1: constraints are laid out anew
-  std::uint32_t bounced[noted_bounce_sweeps] = {};  ///< whether something did in each bounce sweep
-  std::uint32_t per_colour[schedule_size] = {};     ///< zero but between CountColours and ScheduleColours
+  std::uint32_t laying_out = 0;                     ///< 1: constraints are laid out again
+  std::uint32_t bounced[noted_bounce_sweeps] = {};  ///< per bounce sweep: whether anything bounced
+  std::uint32_t per_colour[schedule_size] = {};     ///< zero except between CountColours and ScheduleColours
   std::uint32_t cursor[schedule_size] = {};
   Stretch schedule[schedule_size] = {};
   std::uint32_t sweeps = 0;                             ///< entries of `schedule`
-  std::uint32_t former_sweeps = 0;                      ///< of the layout before
-  std::uint32_t first_dynamic = 0, dynamic_sweeps = 0;  ///< those of colours of contacts between dynamic bodies
-  std::uint32_t any_further = 0;                        ///< 1: some contact ever had a colour from `further_colour` on
+  std::uint32_t former_sweeps = 0;                      ///< of the previous layout
+  std::uint32_t first_dynamic = 0, dynamic_sweeps = 0;  ///< sweeps of contacts between dynamic bodies
+  std::uint32_t any_further = 0;                        ///< 1: some contact has had a colour from `further_colour` on
   std::uint32_t further_sweeps = 0;                     ///< of those colours
-  std::uint32_t any_isolated = 0;                       ///< some body was ever stopped because its state was not finite
-  std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
-  std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use
+  std::uint32_t any_isolated = 0;     ///< some body has been isolated because its state was not finite
+  std::uint32_t recolouring = 0;      ///< 1: all contacts choose new colours in this step
+  std::uint32_t recolour_trials = 0;  ///< how often that is still tried
 
   // Supports.
-  std::uint32_t overloaded_step = none;  ///< the last step that found contacts overloaded
-  std::uint32_t loaded_step = 0;         ///< in later steps no body has more than its own inertia
-  std::uint32_t unlevelled_step = none;  ///< and among their bodies one without a level
-  std::uint32_t held_step = none;        ///< the last step that held something
-  std::uint32_t solved_step = none;      ///< the last step that solved supports, be it in vain
-  std::uint32_t support_levels = 0;      ///< up to the highest body that is held in this step
-  std::uint32_t top_level = 0;           ///< the first without bodies, once it is known
-  std::uint32_t support_rounds = 0;      ///< in which it changed who is held
+  std::uint32_t overloaded_step = none;  ///< the last step with overloaded contacts
+  std::uint32_t loaded_step = 0;         ///< after this step no body has more than its own inertia
+  std::uint32_t unlevelled_step = none;  ///< the last step with one on a body without a level
+  std::uint32_t held_step = none;        ///< the last step that held a body
+  std::uint32_t solved_step = none;      ///< the last step that solved supports, even without effect
+  std::uint32_t support_levels = 0;      ///< up to that of the highest body held in this step
+  std::uint32_t top_level = 0;           ///< the first level without bodies, once known
+  std::uint32_t support_rounds = 0;      ///< rounds that changed which bodies are held
   std::uint32_t supported = 0;           ///< bodies in `by_level`
-  std::uint32_t has_wide_level = 0;      ///< 1: some level has more bodies than a warp items
+  std::uint32_t has_wide_level = 0;      ///< 1: some level has more bodies than a warp has items
   std::uint32_t contacts_listed = 0;     ///< entries of `contacts_of`
-  Stretch level[level_slots] = {};       ///< its bodies
+  Stretch level[level_slots] = {};       ///< range of each level's bodies
   std::uint32_t level_cursor[level_slots] = {};
 
-  std::uint32_t direct = 0;  ///< mechanisms that are solved directly
+  std::uint32_t direct = 0;  ///< mechanisms solved directly
 
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;
   std::uint32_t solved_joints = 0;  ///< of them
   std::uint32_t constraint_groups = 0;
-  std::uint32_t any_kinematic = 0;  ///< 1: some body that contacts cannot push moves
-  std::uint32_t overrun = 0;        ///< 1: the solver had more phases or items than it was launched for
+  std::uint32_t any_kinematic = 0;  ///< 1: some non-dynamic body moves
+  std::uint32_t overrun = 0;        ///< 1: the solver needed more phases or items than were launched
 
   // For the report.
-  std::uint32_t active = 0;  ///< where bodies may sleep
+  std::uint32_t active = 0;  ///< awake bodies; counted only if bodies may sleep
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0;
 
   FATHOM_HD std::uint32_t all_deferred() const { return deferred[boxes] + deferred[hulls] + deferred[others]; }
 };
 
-/// What the host reads of a step, in pinned memory.
+/// The report of a step to the host, in pinned memory.
 struct Report {
   std::uint32_t step = 0;
   std::uint32_t stopped = 0;
   std::uint32_t contacts = 0, free_contacts = 0, found = 0;
-  std::uint32_t manifolds = 0;  ///< in use; of a stopped step, those that it needs
+  std::uint32_t manifolds = 0;  ///< in use; in a stopped step, those needed
   std::uint32_t constraints = 0, solved_joints = 0, colours = 0, overflow = 0;
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0, active = 0;
   std::uint32_t overrun = 0;
@@ -210,16 +210,16 @@ struct Report {
 /// A pair that moves fast for its size. Those of one dynamic body are chained.
 struct FastPair {
   std::uint32_t contact;
-  std::uint32_t next;  ///< of B's, or `none`
+  std::uint32_t next;  ///< next pair of B, or `none`
 };
 
-/// A contact with a fixed body. Those of one dynamic body are chained (seams.hpp).
+/// A contact with a static body. Those of one dynamic body are chained (seams.hpp).
 struct alignas(8) FixedContact {
-  std::uint32_t a;     ///< the fixed body
-  std::uint32_t next;  ///< contact, or `none`
+  std::uint32_t a;     ///< the static body
+  std::uint32_t next;  ///< the next contact, or `none`
 };
 
-/// The parts of what the device keeps of contacts, for `Contacts`.
+/// Parts of the contact data on the device, for `Contacts`.
 enum ContactPart : std::uint8_t { contact_list, contact_worklists, contact_manifolds, contact_events };
 
 /// Contacts, of which the parts `written` may be written (access.hpp).
@@ -231,39 +231,39 @@ struct Contacts {
   // `capacity` of each.
   Of<Contact, contact_list> contacts;
   Of<std::uint32_t, contact_list> free;
-  Of<PairRecord, contact_worklists> found;             ///< pairs of the search
-  Of<std::uint32_t, contact_worklists> to_collide;     ///< lists of contacts, see `listed`
-  Of<std::uint32_t, contact_worklists> deferred;       ///< likewise, in the memory of `found`
-  Of<FastPair, contact_worklists> fast;                ///< `fast_capacity`, two lists, see `fast_at`
-  Of<std::uint32_t, contact_worklists> next_of_a;      ///< of each of these the next one of A's, or `none`; for bullets
-  Of<FixedContact, contact_worklists> fixed_contacts;  ///< by contact; null: no seams
+  Of<PairRecord, contact_worklists> found;          ///< pairs found by the search
+  Of<std::uint32_t, contact_worklists> to_collide;  ///< lists of contacts, see `listed`
+  Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the memory of `found`
+  Of<FastPair, contact_worklists> fast;             ///< `fast_capacity`, two lists, see `fast_at`
+  Of<std::uint32_t, contact_worklists> next_of_a;   ///< per entry of `fast` the next pair of A, or `none`; for bullets
+  Of<FixedContact, contact_worklists> fixed_contacts;  ///< by contact; null: there are no seams
   std::uint32_t capacity;
   std::uint32_t fast_capacity;  ///< a contact may be listed more than once (`reserve_fast`)
 
   FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? fast_capacity - 1 - k : k; }
-  /// Where the k-th contact of a list lies. Two share one stretch of `capacity`, from its ends.
+  /// Index of the k-th contact of a list. Two lists share a range of `capacity` entries, from its two ends.
   FATHOM_HD std::uint32_t listed(ShapePair pairs, std::uint32_t k) const {
     return pairs == boxes ? k : pairs == others ? capacity - 1 - k : capacity + k;
   }
 
   // `manifold_capacity` of each.
   Of<ContactManifold, contact_manifolds> manifolds;
-  /// Slots without a contact. What a step frees lies behind the `free_manifolds` that there were when it began, until
-  /// CountColours closes the gap that those it took have left.
+  /// Slots without a contact. Those freed in a step follow the `free_manifolds` entries present at its beginning, until
+  /// CountColours closes the gap left by those taken.
   Of<std::uint32_t, contact_manifolds> free_manifolds;
   Of<std::uint32_t, contact_worklists> uncoloured[2];
-  // Events of the newest steps, as many as may be in flight, taking turns: so a list keeps its address where it grows.
+  // Events of the newest steps, as many as may be in flight, interleaved: a list keeps its address when it grows.
   Of<PairRecord, contact_events> begun;
   Of<PairRecord, contact_events> ended;
   Of<HitRecord, contact_events> hits;
   std::uint32_t event_lists;
   std::uint32_t manifold_capacity;
 
-  /// Where event k of step number `step` lies.
+  /// Index of event k of step number `step`.
   FATHOM_HD std::size_t event(std::uint32_t step, std::uint32_t k) const {
     return static_cast<std::size_t>(k) * event_lists + step % event_lists;
   }
-  /// The bodies touch from the step under way on, or no more.
+  /// Records that the bodies begin or cease to touch in this step.
   FATHOM_HD void note_touch(Contact& c, bool touches, Counters& counters) const {
     c.bits ^= in_touch_bit;
     const std::uint32_t k = exec::atomic_add(touches ? counters.begun : counters.ended, 1u);
@@ -279,27 +279,27 @@ struct Contacts {
 
 using ContactArrays = Contacts<contact_list, contact_worklists, contact_manifolds, contact_events>;
 
-/// What few constraints have: bits.
+/// Bits of rare properties of constraints.
 enum ConstraintExtras : std::uint32_t {
-  offset_extra = 1,  ///< it counts as less or more deep than it is (`Contact::offset`)
-  row_extra = 2,     ///< an entry of `ConstraintArrays::extras`
-  direct_extra = 2,  ///< of a joint: it is solved directly, with its mechanism
+  offset_extra = 1,  ///< it counts as shallower or deeper than it is (`Contact::offset`)
+  row_extra = 2,     ///< it has an entry in `ConstraintArrays::extras`
+  direct_extra = 2,  ///< for a joint: it is solved directly, with its mechanism
   all_extras = 3,
 };
 
-/// Of a contact with rolling resistance, or on a moving surface.
+/// Additional rows of a contact with rolling resistance or a moving surface.
 struct alignas(16) ContactExtras {
-  RollRow roll;        ///< of length 0 without rolling resistance
-  Vec3 surface_slide;  ///< m/s, world axes; 0 where no surface moves
+  RollRow roll;        ///< zero length without rolling resistance
+  Vec3 surface_slide;  ///< m/s, world axes; 0 if no surface moves
   float unused = 0;
 };
 
-/// The bodies of a constraint, by device index, and what kind it is.
+/// The bodies of a constraint, by device index, and its kind.
 struct alignas(16) ConstraintHead {
   std::uint32_t a, b;
   std::uint32_t bits;
-  /// Of both bodies the part of the last direct solution, 0 where one of them was not held; its last bits are
-  /// `ConstraintExtras` instead.
+  /// Share of the last direct solution in both bodies, 0 if one of them was not held; its lowest bits hold
+  /// `ConstraintExtras`.
   std::uint32_t held_and_extras;
 
   FATHOM_HD bool has(ConstraintExtras extra) const { return held_and_extras & extra; }
@@ -310,19 +310,19 @@ struct alignas(16) ConstraintHead {
   }
 };
 
-/// Rows of a constraint: its frame, its points, its impulses, its bodies' inverse masses and inertias.
+/// Rows of a constraint: frame, points, impulses, inverse masses and inertias of its bodies.
 inline constexpr std::uint32_t friction_row = 5, first_point_row = 6, impulse_row = 10, mass_row = 12, row_count = 13;
-/// Constraints whose rows lie together: as many as work-items load at once, so that each row of a tile is one stretch
-/// of memory, and all rows of a constraint are at fixed distances from the first.
+/// Constraints per tile: as many as work-items load at once, so that each row of a tile is contiguous in memory, and
+/// all rows of a constraint are at fixed distances from the first.
 inline constexpr std::uint32_t tile_width = 32;
 
-/// Of a joint: four rows of what sweeps read, then what they write.
+/// A joint: four rows that sweeps read, then those that they write.
 inline constexpr std::uint32_t joint_moment_row = impulse_row - 2, joint_impulse_row = impulse_row,
                                joint_total_row = impulse_row + 1;
-/// Of a generic joint: five of what sweeps read, then what they write.
+/// A generic joint: five rows that sweeps read, then those that they write.
 inline constexpr std::uint32_t generic_written_row = 5;
 
-/// The parts of what the device keeps of constraints, for `Constraints`.
+/// Parts of the constraint data on the device, for `Constraints`.
 enum ConstraintPart : std::uint8_t { constraint_layout, constraint_heads, constraint_rows, constraint_supports };
 
 /// Constraints in tiles, colour by colour, of which the parts `written` may be written (access.hpp).
@@ -333,14 +333,14 @@ struct Constraints {
 
   Of<PairRecord, constraint_layout> bodies;
   Of<ConstraintHead, constraint_heads> heads;
-  Of<std::uint32_t, constraint_layout> contact;  ///< or a joint's slot with `joint_tag`
+  Of<std::uint32_t, constraint_layout> contact;  ///< contact slot, or a joint's with `joint_tag`
   Of<std::uint32_t, constraint_layout> manifold;
   Of<Quad, constraint_rows> rows;
   Of<BounceRow, constraint_rows> bounces;
   Of<ContactExtras, constraint_rows> extras;
   Of<std::uint32_t, constraint_heads> overflow_order;
   Of<SupportRecord, constraint_supports> supports;
-  Of<std::uint32_t, constraint_supports> contacts_of;  ///< constraints of each body in the order of their colours
+  Of<std::uint32_t, constraint_supports> contacts_of;  ///< constraints of each body, in order of colour
   std::uint32_t capacity;
 
   template <ConstraintPart... fewer>
@@ -352,7 +352,7 @@ struct Constraints {
 
 using ConstraintArrays = Constraints<constraint_layout, constraint_heads, constraint_rows, constraint_supports>;
 
-/// A body's inertia in this step, in parts of its own.
+/// Factor of a body's inertia in this step.
 template <BodyPart... written>
 FATHOM_HD float inertia_scale(const Bodies<written...>& bodies, const Counters& counters, std::uint32_t i) {
   return exec::atomic_load(counters.loaded_step) >= counters.step ? bodies.support[i].load.inertia_scale : 1.0f;

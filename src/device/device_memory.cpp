@@ -152,7 +152,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   const std::size_t m = std::max(manifolds, manifold_capacity());
   manifolds_.grow(m, exec::Contents::keep);
   free_manifolds_.grow(m, exec::Contents::keep);
-  // Contacts that began before their step stopped.
+  // Holds contacts that began before their step stopped.
   uncoloured_0_.grow(m, exec::Contents::keep);
   uncoloured_1_.grow(m);
   for (auto* buffer : {&begun_, &ended_}) buffer->grow(m * event_lists, exec::Contents::keep);
@@ -179,7 +179,7 @@ void ContactMemory::reserve_for_seams() {
   reserve_fast();
 }
 
-/// All contacts may be fast. Where a step finds no room for manifolds, those at seams are listed again (`defer`).
+/// Every contact may be fast. In a step that runs out of room for manifolds, those at seams are listed again (`defer`).
 void ContactMemory::reserve_fast() {
   const std::size_t times = fixed_contacts_.size() > 0 ? 2 : 1;
   fast_.grow(times * capacity_, exec::Contents::keep);
@@ -268,7 +268,7 @@ MechanismArrays MechanismMemory::arrays() {
 }
 
 void GridMemory::reserve(std::size_t bodies) {
-  // Half full at most; a multiple of four, because the table is cleared by fours.
+  // At most half full; a multiple of four entries, because the table is cleared in groups of four.
   heads_.grow(std::bit_ceil(std::max<std::size_t>(2 * bodies, 64)));
   next_.grow(bodies, exec::Contents::keep);
   big_.grow(bodies, exec::Contents::keep);

@@ -1,4 +1,4 @@
-// All device memory of a simulator: growing it, and the views that kernels take.
+// All device memory of a simulator: its growth, and the views that kernels take.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace fathom::device {
 
-/// What the application sees of bodies, by its slots.
+/// What the application sees of bodies, by slot.
 struct SlotResults {
   explicit SlotResults(exec::Memory& memory) : poses(memory), velocities(memory), flags(memory) {}
 
@@ -28,7 +28,7 @@ struct SlotResults {
   exec::Buffer<std::uint32_t> flags;
 };
 
-/// Buffers of bodies. `reserve` keeps what is in those that outlive a step.
+/// Buffers of bodies. `reserve` keeps the contents of those that outlive a step.
 class BodyMemory {
  public:
   explicit BodyMemory(exec::Memory& memory);
@@ -40,13 +40,13 @@ class BodyMemory {
   void reserve_for_seams();
   /// What only moving surfaces need.
   void reserve_for_surfaces();
-  /// Bodies that all buffers hold: where `reserve` threw, as many as before it.
+  /// Bodies that fit in every buffer; unchanged if `reserve` throws.
   std::size_t capacity() const { return capacity_; }
   BodyArrays arrays();
 
   HullArrays hulls;
 
-  /// Calls act(buffer) for those that outlive a step.
+  /// Calls act(buffer) for buffers that outlive a step.
   template <class Act>
   void for_each_lasting(const Act& act) {
     act(slots_), act(constants_), act(tensors_), act(filters_), act(forces_), act(targets_), act(poses_),
@@ -93,8 +93,8 @@ class ContactMemory {
  public:
   explicit ContactMemory(exec::Memory& memory);
 
-  /// `joints`: constraints beside those of manifolds. `bounces` and `extras`: whether rows for restitution, and for
-  /// rolling resistance or moving surfaces, are needed.
+  /// `joints`: constraints in addition to those of manifolds. `bounces`: restitution rows are needed. `extras`: rows
+  /// for rolling resistance or moving surfaces are needed.
   void reserve(std::size_t contacts, std::size_t manifolds, std::size_t joints, std::size_t event_lists, bool bounces,
                bool extras);
   /// What only the pairs of bullets need.
@@ -135,17 +135,17 @@ class ContactMemory {
   bool may_bounce_ = false, any_extras_ = false;
 };
 
-/// Buffers of joints: none as long as there never was one.
+/// Buffers of joints; empty until the first joint.
 class JointMemory {
  public:
   explicit JointMemory(exec::Memory& memory)
       : records_(memory), generic_(memory), generic_impulses_(memory), reactions_(memory), apart_(memory) {}
 
-  /// `generic`: room for generic joints too.
+  /// `generic`: reserve room for generic joints too.
   void reserve(std::size_t joints, std::size_t apart_slots, bool generic);
   std::size_t capacity() const { return records_.size(); }
   std::size_t generic_capacity() const { return generic_impulses_.size(); }
-  /// Of the ApartTable, which is always as large as the host's.
+  /// Slots of the ApartTable, which always has the size of the host's.
   std::size_t apart_slots() const { return apart_slots_; }
   std::uint64_t* apart_pairs() { return apart_.data(); }
   JointArrays arrays();
@@ -159,7 +159,7 @@ class JointMemory {
   std::size_t apart_slots_ = 0;
 };
 
-/// Buffers of mechanisms: none as long as there never was one.
+/// Buffers of mechanisms; empty until the first mechanism.
 class MechanismMemory {
  public:
   explicit MechanismMemory(exec::Memory& memory)
@@ -174,7 +174,7 @@ class MechanismMemory {
   struct Room {
     std::size_t mechanisms, links, levels, generic, closure_floats, joints;
   };
-  /// All is to be uploaded anew.
+  /// May discard the contents: everything must be uploaded again.
   void reserve(const Room& room);
   bool has_room_for(const Room& room) const {
     return room.mechanisms <= records_.size() && room.links <= links_.size() && room.levels <= levels_.size() &&
@@ -193,7 +193,7 @@ class MechanismMemory {
   exec::Buffer<float> closures_;
 };
 
-/// The grid's table, and how large its cells are.
+/// The grid's table.
 class GridMemory {
  public:
   explicit GridMemory(exec::Memory& memory) : heads_(memory), next_(memory), big_(memory) {}

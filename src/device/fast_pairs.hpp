@@ -1,5 +1,5 @@
-// Pairs that move fast for their size (dynamics/look_ahead.hpp): few, so lists of their own keep the search for the
-// time of impact out of the kernels that every contact goes through.
+// Pairs that move fast for their size (dynamics/look_ahead.hpp). They are few: separate lists keep the search for the
+// time of impact out of the kernels that process every contact.
 #pragma once
 
 #include "device/finish.hpp"
@@ -9,14 +9,14 @@
 
 namespace fathom::device {
 
-/// For a team, if it may be a hull.
+/// The geometry is read by a team if it may be a hull.
 template <bool with_hulls, BodyPart... written>
 FATHOM_HD Mover mover(const Bodies<written...>& bodies, std::uint32_t i, const Pose& pose, const Velocity& velocity) {
   return {with_hulls ? bodies.geometry_for_team(i) : bodies.simple_geometry(i), bodies.constants[i].radius, pose,
           velocity};
 }
 
-/// Third pass of the narrow phase; item k is a fast pair or one that may touch at a seam, with a hull, or one without.
+/// Third pass of the narrow phase; item k is a pair, with a hull or without, that is fast or may touch at a seam.
 template <bool with_hulls>
 struct LookAheadPairs {
   static constexpr std::uint32_t group_size = 64;
@@ -66,7 +66,7 @@ struct LookAheadPairs {
     changes.bodies.before[body] = {pose.position, 0, pose.rotation};
   }
 
-  /// The pair comes first of the body's, in any order: what comes of them does not depend on it. Returns which one did.
+  /// Puts the pair at the head of the body's chain and returns the former head. Results do not depend on the order.
   FATHOM_HD std::uint32_t chained(std::uint32_t pair, std::uint32_t body) const {
     const auto& bodies = changes.bodies;
     const std::uint32_t next = exec::atomic_exchange(bodies.fast_pair[body], pair);
@@ -75,10 +75,10 @@ struct LookAheadPairs {
   }
 };
 
-/// A body that came out inside or behind something that cannot be pushed goes as far as its way was free, and on in the
-/// next step. `from_free` then lets the lighter of two bodies that can both be pushed end beside the heavier one, from
-/// where that has got to. A body that was held back, or that strayed, may have come to something that it is no fast
-/// pair with: all that cannot be pushed is looked for on its whole way. Item k is a body of `Bodies::fast`.
+/// A body that ended inside or behind a non-dynamic body goes as far as its way was free, and on in the next step. Then
+/// `from_free` lets the lighter of two dynamic bodies end beside the end pose of the heavier one. A body that was held
+/// back, or that strayed, may have reached a body with which it is no fast pair: its whole way is searched for
+/// non-dynamic bodies. Item k is a body of `Bodies::fast`.
 template <bool with_hulls>
 struct HoldBackFast {
   static constexpr std::uint32_t group_size = 64;
@@ -87,9 +87,9 @@ struct HoldBackFast {
   MoveBodies move;
   Contacts<contact_manifolds> contacts;
   ApartTable apart;
-  bool has_grid;  ///< that of the last search
+  bool has_grid;  ///< the grid of the last search exists
   bool from_free;
-  bool is_last;  ///< nobody asks for the pairs after this
+  bool is_last;  ///< nothing reads the pairs after this
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const auto& bodies = move.bodies;
@@ -115,18 +115,18 @@ struct HoldBackFast {
     return (move.bodies.flags[i] & (awake_flag | isolated_flag)) == awake_flag;
   }
 
-  /// What a body is held back from, one round after the other. What holds it back from one obstacle may take it to
-  /// another, so its way is searched several times.
+  /// Obstacles that a body is held back from, round by round. Holding it back from one may move it into another, so its
+  /// way is searched several times.
   enum Round : int { free_pairs, fixed_pairs, first_search, last_search = first_search + 3, beside_carrier };
 
-  /// Returns whether it has changed where the body gets to.
+  /// Returns whether it changed the body's end pose.
   FATHOM_HD bool hold_back(std::uint32_t i) const {
     const auto& bodies = move.bodies;
-    bool moved = false, is_free = true;  // ever, in this round
+    bool moved = false, is_free = true;  // moved in any round; free in this one
     int round = from_free ? free_pairs : fixed_pairs;
     std::uint32_t carrier = none;
     Aabb way;
-    // In the order of their indices: that of the chains and of the grid's cells is any.
+    // In the order of indices: chains and grid cells have no fixed order.
     for (std::uint32_t last = none;;) {
       const Obstacle o = round < first_search ? next_of_pairs(i, last, round == free_pairs)
                                               : next_on_way(i, last, way, round == beside_carrier);
@@ -153,11 +153,11 @@ struct HoldBackFast {
     }
   }
 
-  /// What a body may have to be held back from.
+  /// A body that another may have to be held back from.
   struct Obstacle {
     std::uint32_t body = none;
-    std::uint32_t contact = none;  ///< of the fast pair, if it is one
-    bool is_free = false;          ///< it can be pushed
+    std::uint32_t contact = none;  ///< of the fast pair, if there is one
+    bool is_free = false;          ///< it is dynamic
     Pose begin;                    ///< as the step began
   };
 
@@ -168,7 +168,7 @@ struct HoldBackFast {
     sync();
     if (leads()) {
       bodies.velocities[i] = v;
-      // A body that is put back in step after step would gather the rounding of as many products.
+      // A body put back in many steps would accumulate the rounding of all their products.
       bodies.poses[i] = {end.position, was.reserved, normalize(end.rotation)};
     }
     sync();
@@ -179,13 +179,13 @@ struct HoldBackFast {
     if (leads() && c.touching()) contacts.manifolds[c.manifold].forget_build();
   }
 
-  /// Where the body began, outside of all, carried by what moves.
+  /// The pose where the body began, outside of all obstacles, carried along by `carrier` if there is one.
   FATHOM_HD Pose begin_beside(std::uint32_t i, std::uint32_t carrier) const {
     const Pose& begin = move.bodies.before[i];
     return carrier == none ? begin : move.bodies.poses[carrier] * relative(begin_of(carrier), begin);
   }
 
-  /// Of a body that cannot be pushed.
+  /// Pose of a non-dynamic body as the step began.
   FATHOM_HD Pose begin_of(std::uint32_t i) const {
     const Pose& end = move.bodies.poses[i];
     if (move.bodies.constants[i].motion() == MotionType::fixed) return end;
@@ -198,13 +198,13 @@ struct HoldBackFast {
     return grown(Aabb{min(begin, end), max(begin, end)}, r);
   }
 
-  /// Which of two bodies that can be pushed is held back from the other.
+  /// Which of two dynamic bodies is held back from the other.
   FATHOM_HD std::uint32_t held_of(const Contact& c) const {
     const bool is_a_lighter = move.bodies.constants[c.a].inverse_mass > move.bodies.constants[c.b].inverse_mass;
     return !can_be_held(c.b) || (can_be_held(c.a) && is_a_lighter) ? c.a : c.b;
   }
 
-  /// The lowest body above `last` (`none`: any) that the body i is held back from in a fast pair.
+  /// The body with the lowest index above `last` (`none`: any) from which body i is held back in a fast pair.
   FATHOM_HD Obstacle next_of_pairs(std::uint32_t i, std::uint32_t last, bool is_free) const {
     Obstacle next;
     for (std::uint32_t pair = move.bodies.fast_pair[i]; pair != none;) {
@@ -220,7 +220,7 @@ struct HoldBackFast {
     return next;
   }
 
-  /// The lowest body above `last` (`none`: any) that cannot be pushed and was in the box, in world axes.
+  /// The non-dynamic body with the lowest index above `last` (`none`: any) that was in the box, in world axes.
   FATHOM_HD Obstacle next_on_way(std::uint32_t i, std::uint32_t last, const Aabb& way, bool only_fixed) const {
     const auto& bodies = move.bodies;
     Obstacle next;
@@ -240,7 +240,7 @@ struct HoldBackFast {
     return next;
   }
 
-  /// Calls act(body) for every body that was in the box, in world axes, and for others, of some more than once.
+  /// Calls act(body) for every body that was in the box, in world axes, and for others; for some more than once.
   template <class Act>
   FATHOM_HD void for_each_in_grid(const Aabb& box, const Act& act) const {
     const GridView& grid = move.grid;
@@ -249,7 +249,7 @@ struct HoldBackFast {
     const float rounding = 4 * Grid::rounding(box);
     for (std::uint32_t level = 0; level < grid_levels; ++level) {
       if (!(move.counters->levels >> level & 1u)) continue;
-      // Middles of boxes that overlap this one are at most this far away.
+      // Contains the middles of all boxes of this level that overlap this one.
       const Aabb middles = grown(box, 0.5f * grid.edge(level) + rounding);
       const Cell first = grid.cell_of(middles.lower, level), end = grid.cell_of(middles.upper, level);
       const auto width = [](std::int32_t from, std::int32_t to) { return static_cast<float>(to - from) + 1; };
@@ -265,7 +265,7 @@ struct HoldBackFast {
     }
   }
 
-  /// Whether the body b is held back from the obstacle, and where and how fast it ends then.
+  /// Whether body b is held back from the obstacle, and its end pose and velocity then.
   FATHOM_HD bool is_held(const Obstacle& o, std::uint32_t b, Pose& end, Velocity& then) const {
     const auto& bodies = move.bodies;
     const std::uint32_t a = o.body;
@@ -274,7 +274,7 @@ struct HoldBackFast {
     const Pose &pose_a = o.begin, &pose_b = bodies.before[b];
     const Mover was_a = mover<with_hulls>(bodies, a, pose_a, velocity_between(pose_a, end_a, dt));
     const Mover was_b = mover<with_hulls>(bodies, b, pose_b, velocity_between(pose_b, end_b, dt));
-    // The velocity of what can be pushed another item may be writing.
+    // Another item may be writing the velocity of a dynamic body.
     const Mover on_a{was_a.geometry, was_a.radius, pose_a, o.is_free ? was_a.velocity : bodies.velocities[a]};
     const Mover on_b{was_b.geometry, was_b.radius, pose_b, bodies.velocities[b]};
     const float half = min(half_thickness(bodies.constants[a]), half_thickness(bodies.constants[b]));
@@ -309,7 +309,7 @@ struct HoldBackFast {
     return true;
   }
 
-  /// What the body's new pose leaves its boxes.
+  /// Updates the body's boxes to its new pose.
   FATHOM_HD void put_box(std::uint32_t i) const {
     const auto& bodies = move.bodies;
     const Pose& pose = bodies.poses[i];

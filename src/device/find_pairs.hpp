@@ -1,7 +1,8 @@
-// find_pairs: which fat boxes overlap that did not before.
+// find_pairs: finds pairs whose fat boxes have begun to overlap.
 //
 // Contacts exist exactly for the pairs whose fat boxes overlapped when pairs were last searched. So a pair is new if
-// its boxes overlap now and those known then did not: no table of pairs is needed. Only bodies with new boxes search.
+// its boxes overlap now and its boxes of that search did not: no table of pairs is needed. Only bodies with new boxes
+// search.
 #pragma once
 
 #include "device/contact_arrays.hpp"
@@ -27,10 +28,10 @@ struct BeginStep {
     c.grid_bodies = fills ? c.bodies : 0;
     c.search_groups = (c.grid_bodies + search_group_bodies - 1) / search_group_bodies;
     c.grid_cells = fills ? grid_entries / 4 : 0;
-    // How much room the stopped step asked for is still to be reported.
+    // The room needed by the stopped step is still to be reported.
     if (run) c.found = 0;
     c.added = c.coarse_groups = 0;
-    // Strays are looked for in the grid of the last search (`HoldBackFast`).
+    // Obstacles of strays are searched in the grid of the last search (`HoldBackFast`).
     if (fills) {
       c.filled_entries = grid_entries;
       c.changed_levels = c.big = 0;
@@ -39,7 +40,7 @@ struct BeginStep {
     for (std::uint32_t& count : c.to_collide) count = 0;
     for (std::uint32_t k = 0; k < 2; ++k) c.looked_ahead[k] = c.fast[k];
     c.waking = run && c.wake_asked ? c.bodies : 0;
-    // A step that stopped half way goes on with these.
+    // A step that stopped halfway resumes with these.
     if (c.stopped == no_room_for_manifolds || c.stopped == body_failed) return;
     for (std::uint32_t k = 0; k < 2; ++k) c.fast[k] = c.looked_ahead[k] = 0;
     c.fast_bodies = 0;
@@ -63,14 +64,14 @@ struct FillGrid {
   Grid grid;
   Counters* counters;
 
-  // Most bodies find the bit set already: reading costs little, all writing one word would.
+  // Most bodies find the bit already set: a read is cheap, but all bodies writing one word would not be.
   FATHOM_HD static void set_once(std::uint32_t& word, std::uint32_t bit) {
     if (!(exec::atomic_load(word) & bit)) exec::atomic_or(word, bit);
   }
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     const NotedBox fat = bodies.fat[i];
-    if (!(fat.lower.x <= fat.upper.x)) return;  // the index holds no body
+    if (!(fat.lower.x <= fat.upper.x)) return;  // no body has this index
     if (fat.level > 0) set_once(counters->levels, 1u << fat.level);
     if (fat.changes) {
       set_once(counters->changed_levels, 1u << fat.level);
@@ -86,10 +87,10 @@ struct FillGrid {
   }
 };
 
-/// Bodies with new boxes search their own and all coarser levels. With `coarse`, bodies without search for coarser ones
-/// with new boxes, since these cannot search among the finer.
+/// Bodies with new boxes search their own and all coarser levels. With `coarse`, bodies without new boxes search for
+/// coarser bodies with new boxes, since those do not search finer levels.
 ///
-/// A work-group looks after some bodies: it lists those that search, then its items share out their cells.
+/// A work-group lists those of its bodies that search, then distributes their cells over its items.
 template <bool coarse>
 struct SearchGrid {
   static constexpr std::uint32_t group_size = 128;
@@ -139,7 +140,7 @@ struct SearchGrid {
     const float rounding = 2 * Grid::rounding(fat.box());
     for (std::uint32_t level = coarse ? fat.level + 1 : fat.level; level < grid_levels; ++level) {
       if (!(levels >> level & 1u)) continue;
-      // Middles of boxes that overlap this one are at most this far away.
+      // The middle of a box that overlaps this one lies at most this far outside it.
       const float reach = 0.5f * grid.edge(level) + rounding;
       const Vec3 d = half + Vec3{reach, reach, reach};
       const Cell first = grid.cell_of(middle - d, level), last = grid.cell_of(middle + d, level);
@@ -151,7 +152,7 @@ struct SearchGrid {
         continue;
       for (std::uint32_t j = grid.heads[grid.entry(cell, level)]; j != none; j = grid.next[j]) {
         const NotedBox other = bodies.fat[j];
-        // Another cell, or level, may share the table's entry.
+        // Other cells or levels may share the table entry.
         if (!overlaps(fat.box(), other.box()) || other.level != level) continue;
         if (grid.cell_of(centre(other.box()), level) == cell) take(i, fat, j, other);
       }
@@ -170,7 +171,7 @@ struct SearchGrid {
     } else {
       if (other.changes && other.level == fat.level && j < i) return;  // j finds it
     }
-    if (overlaps(bodies.known[i].box(), bodies.known[j].box())) return;  // they are a contact already
+    if (overlaps(bodies.known[i].box(), bodies.known[j].box())) return;  // they already have a contact
     const BodyConstants &a = bodies.constants[i], &b = bodies.constants[j];
     if (!a.is_dynamic() && !b.is_dynamic()) return;
     if (!may_collide(bodies, i, j)) return;
@@ -179,12 +180,12 @@ struct SearchGrid {
   }
 };
 
-/// Whether all contacts choose their colours anew in this step.
+/// Whether all contacts choose new colours in this step.
 FATHOM_HD bool wants_recolouring(const Counters& c) {
   return c.recolour_trials > 0 && c.step % 4 == 0 && c.dynamic_sweeps > 1;
 }
 
-/// Decides where new contacts go, or stops the step where there is no room for them.
+/// Allots slots to new contacts, or stops the step if there is no room for them.
 struct AllotPairs {
   Counters* counters;
   std::uint32_t capacity;

@@ -1,4 +1,4 @@
-// finish: bodies move to where the solver took them, boxes follow, islands fall asleep, the step is reported.
+// finish: bodies move to their solved poses, boxes follow, islands fall asleep, the step is reported.
 #pragma once
 
 #include "check/check.hpp"
@@ -61,7 +61,7 @@ struct MoveBodies {
       move_free(i, c, flags, pose, v, residual);
     }
     std::uint32_t new_flags = flags;
-    // Islands have to know of those that move before they stop.
+    // Islands must see bodies that move before these stop.
     if (c.is_dynamic() || !p.sleeping) new_flags &= ~forced_flag;
     if (forced && !c.is_dynamic() && !p.sleeping) v = {};
     if (!is_finite(pose) || !is_finite(v.linear) || !is_finite(v.angular)) {
@@ -74,7 +74,7 @@ struct MoveBodies {
     }
     if (new_flags != flags) bodies.flags[i] = new_flags;
     if (forced) bodies.forces[i] = {};
-    // The residual of a velocity beyond all limits could be as large as any other.
+    // The residual of a velocity beyond the limits has no bound.
     const Vec3 slower = limited(v.linear, p.limits.linear);
     if (!(slower == v.linear)) residual = {};
     v.linear = slower;
@@ -99,7 +99,7 @@ struct MoveBodies {
     if (p.sleeping) account_for_sleep(i, c, v, moved_by_contacts);
   }
 
-  /// What the body's inertia is in the next step.
+  /// Sets the body's inertia for the next step.
   FATHOM_HD void follow_load(BodyLoad& load) const {
     const float now = __builtin_bit_cast(float, load.now);
     load = {0, now, next_inertia_scale(load.inertia_scale, min(now, load.before))};
@@ -112,7 +112,7 @@ struct MoveBodies {
   }
 
  private:
-  /// A dynamic body with contacts or joints, as the solver has moved it. Returns how far it did (m).
+  /// Moves a dynamic body with contacts or joints as solved. Returns the solver's translation (m).
   FATHOM_HD Vec3 move_solved(std::uint32_t i, const BodyConstants& c, bool forced, Pose& pose, Velocity& v,
                              Vec3& residual) const {
     const SolverBody s = bodies.solver[i].body();
@@ -145,8 +145,8 @@ struct MoveBodies {
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 
-  /// Whether contacts could have touched a body and did not: it has flown freely, the solver rounding its velocity
-  /// `after` in every substep. `v` then becomes the velocity of a flight without.
+  /// Whether a body with contacts has flown freely, without touching; the solver rounded its velocity `after` in every
+  /// substep. If so, `v` becomes the velocity of a free flight without that rounding.
   FATHOM_HD bool fly_on(std::uint32_t i, Vec3 after, Vec3& v, Vec3& residual) const {
     const BodyMotion motion = bodies.motion[i];
     if (motion.linear_damping != 1.0f) return false;
@@ -159,7 +159,7 @@ struct MoveBodies {
     return true;
   }
 
-  /// As the solver moves it, whose rounding this repeats.
+  /// As the solver moves it, repeating its rounding.
   FATHOM_HD void move_kinematic(Pose& pose, const Velocity& v) const {
     const float h = p.dt / static_cast<float>(p.substeps);
     const Vec3 linear = limited(v.linear, p.limits.linear), angular = limited(v.angular, p.limits.angular);
@@ -172,7 +172,7 @@ struct MoveBodies {
     pose.rotation = turned(pose.rotation, turning);
   }
 
-  /// A dynamic body without contacts.
+  /// Moves a dynamic body without contacts.
   FATHOM_HD void move_free(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Pose& pose, Velocity& v,
                            Vec3& residual) const {
     const float h = p.dt / static_cast<float>(p.substeps);
@@ -188,7 +188,7 @@ struct MoveBodies {
     v.linear = f.linear, v.angular = f.angular;
     residual = f.residual;
     if (!c.is_isotropic()) f.turned = {};
-    // The torque-free turn's part in the change of angular velocity is no torque's doing.
+    // Angular velocity changes in torque-free rotation too; that part is not due to a torque.
     if (forced)
       complete_forced(f.moved, f.turned, bodies.forces[i], all, start.linear, f.linear, start.angular, f.angular, true,
                       p.dt, static_cast<float>(p.substeps));
@@ -201,8 +201,9 @@ struct MoveBodies {
     if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, f.turned);
   }
 
-  /// Lists a body that has left the line it began along by a good part of its thickness, and farther than pairs are
-  /// looked for beside that line. A joint may draw its bodies through what they touch, so for them nothing is too near.
+  /// Lists a body that has left its initial line of motion by a good part of its thickness, and by more than the
+  /// distance within which pairs are searched beside that line. A joint may pull its bodies through others in contact,
+  /// so for jointed bodies that distance is zero.
   FATHOM_HD void note_stray(std::uint32_t i, const BodyConstants& c, const Pose& begin, const Pose& end) const {
     const Vec3 aside = aside_of(end.position - begin.position, p.dt * bodies.velocities[i].linear);
     const bool is_jointed = p.jointed && bodies.joint_colours[i] != 0;
@@ -222,7 +223,7 @@ struct MoveBodies {
   }
 };
 
-/// Ends the step: tells the host, in pinned memory.
+/// Ends the step and reports it to the host, in pinned memory.
 struct EndStep {
   Counters* counters;
   Report* reports;
@@ -260,12 +261,12 @@ struct EndStep {
   }
 };
 
-/// Copies a step's events to where the host reads them, as far as there is room.
+/// Copies a step's events to the host, as many as there is room for.
 struct CopyEvents {
   Contacts<> contacts;
   std::uint32_t step;
   std::uint32_t begun_count, ended_count, hit_count;
-  std::uint32_t room;  ///< in each of the following, which are pinned memory
+  std::uint32_t room;  ///< of each of the following arrays in pinned memory
   PairRecord* begun;
   PairRecord* ended;
   HitRecord* hits;
@@ -278,7 +279,7 @@ struct CopyEvents {
   }
 };
 
-/// The same of the step that has just ended, before the host knows how many there are.
+/// The same for the step that has just ended, before the host knows the counts.
 struct CopyNewestEvents {
   CopyEvents copy;
   const Counters* counters;
@@ -291,7 +292,7 @@ struct CopyNewestEvents {
   }
 };
 
-/// What the application sees of a body, by its slot.
+/// Publishes what the application sees of a body, by slot.
 struct PublishBodies {
   Bodies<> bodies;
   const Counters* counters;

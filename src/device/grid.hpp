@@ -1,11 +1,11 @@
-// A hashed uniform grid of several levels, in which bodies find their neighbours.
+// A hashed uniform grid of several levels, for the broad phase.
 //
-// A body lies in the one cell that holds the middle of its fat box, on the finest level whose cells are at least as
-// large as the box; so two boxes overlap only where their middles lie at most one cell apart, on the coarser one's
-// level. Levels double in size. Boxes beyond the last level are "big" and tested one by one: there are few.
-// A cell is a list that bodies enter by exchanging its head. Its order depends on timing, what is found does not.
+// A body lies in the one cell that contains the middle of its fat box, on the finest level whose cells are at least as
+// large as the box; so boxes can overlap only if their middles lie at most one cell apart on the coarser one's level.
+// Levels double in size. Boxes beyond the last level are "big" and tested one by one: there are few. A cell is a list
+// that bodies enter by exchanging its head. Its order depends on timing, the pairs found do not.
 //
-// Against a Morton-sorted hierarchy: no sort (53 µs for 10,000 keys, docs/execution.md), two short kernels.
+// Advantage over a Morton-sorted hierarchy: no sort (53 µs for 10,000 keys, docs/execution.md), two short kernels.
 #pragma once
 
 #include <cstdint>
@@ -23,10 +23,10 @@ struct Cell {
   FATHOM_HD bool operator==(const Cell& o) const { return x == o.x && y == o.y && z == o.z; }
 };
 
-/// Edge of the finest cells: the fat box of a body of this bounding radius (m) that turns but does not fly.
+/// Edge (m) of the finest cells: that of the fat box of a body with this bounding radius (m) that turns in place.
 inline float grid_base(float typical_radius) { return 2.3f * typical_radius + min(0.1f, typical_radius); }
 
-/// The grid's parts, of which there is one (access.hpp).
+/// The grid's only part (access.hpp).
 enum GridPart : std::uint8_t { grid_table };
 
 template <GridPart... written>
@@ -36,7 +36,7 @@ struct GridOf {
   float base = 1;          ///< edge of the finest cells (m)
   std::uint32_t mask = 0;  ///< number of table entries − 1, a power of two
   Entries heads = nullptr;
-  Entries next = nullptr;  ///< the body behind this one in its cell
+  Entries next = nullptr;  ///< the body after this one in its cell
   Entries big = nullptr;   ///< bodies beyond the last level
 
   template <GridPart... fewer>
@@ -47,7 +47,7 @@ struct GridOf {
 
   FATHOM_HD float edge(std::uint32_t level) const { return base * static_cast<float>(1u << level); }
 
-  /// With room for the rounding of middles: where boxes overlap, their middles must never seem two cells apart.
+  /// Allows for the rounding of middles: those of overlapping boxes must never appear two cells apart.
   FATHOM_HD std::uint32_t level_of(const Aabb& box) const {
     const float extent = 1.01f * max_component(box.upper - box.lower) + 4 * rounding(box);
     std::uint32_t level = 0;
@@ -55,12 +55,12 @@ struct GridOf {
     return level;
   }
 
-  /// Bound on the rounding of a middle (m).
+  /// Bound on the rounding error of a middle (m).
   FATHOM_HD static float rounding(const Aabb& box) {
     return 1e-6f * max_component(max(abs(box.lower), abs(box.upper)));
   }
 
-  /// Far outside, cells are as good as any other: what matters is that every target rounds alike.
+  /// Far outside the cells are arbitrary; it only matters that every target rounds alike.
   FATHOM_HD static std::int32_t coordinate(float x, float inverse_edge) {
     return static_cast<std::int32_t>(__builtin_floorf(clamp(x * inverse_edge, -1e9f, 1e9f)));
   }
@@ -69,7 +69,7 @@ struct GridOf {
     return {coordinate(point.x, inverse), coordinate(point.y, inverse), coordinate(point.z, inverse)};
   }
 
-  /// Blocks of 4³ neighbouring cells stay together in the table, the blocks are scattered over it.
+  /// Blocks of 4³ neighbouring cells stay together in the table; the blocks are scattered.
   FATHOM_HD std::uint32_t entry(Cell c, std::uint32_t level) const {
     const auto x = static_cast<std::uint32_t>(c.x), y = static_cast<std::uint32_t>(c.y),
                z = static_cast<std::uint32_t>(c.z);

@@ -1,6 +1,6 @@
-// Seams between fixed bodies (collision/seam.hpp). What lies beside a fixed body where another body touches it is among
-// those that the other body has contacts with: contacts with fixed bodies are chained by the body that moves. Chains
-// may have any order, what is found in them does not depend on it.
+// Seams between static bodies (collision/seam.hpp). The neighbours of a static body where another body touches it are
+// among that body's contacts, so the contacts of each dynamic body with static bodies are chained. Results do not
+// depend on the order of a chain.
 #pragma once
 
 #include "collision/seam.hpp"
@@ -26,7 +26,7 @@ struct ChainFixedContacts {
   }
 };
 
-/// The bodies beside the fixed body `a` in a box around where `b` touches it, in the frame of `a`.
+/// The static neighbours of the static body `a` in a box around body `b`, in the frame of `a`.
 template <class BodyArrays, class ContactArrays>
 struct FixedNeighbours {
   const BodyArrays& bodies;
@@ -60,7 +60,7 @@ struct Seams {
     return make_seam_lengths(half_thickness(of_b), of_a.radius, of_b.radius, b_in_a, bodies.poses[a]);
   }
 
-  /// Of the manifold `m` of a fixed body and another one.
+  /// The part that counts of the manifold `m` of a static body and another one.
   FATHOM_HD SeamManifold kept(std::uint32_t a, std::uint32_t b, const Pose& b_in_a, float margin,
                               const Manifold& m) const {
     const Geometry of_a = bodies.geometry(a), of_b = bodies.geometry(b);

@@ -1,4 +1,4 @@
-// The step of the device simulator, told once: the order in which kernels are submitted.
+// The step of the device simulator: the order in which kernels are submitted, defined only here.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 
 namespace fathom::device {
 
-/// What the host sets before a step is recorded.
+/// Set by the host before a step is recorded.
 struct StepSettings {
   float dt = 0;                     ///< s
   float grid_base = 1;              ///< m
@@ -32,11 +32,11 @@ struct StepSettings {
   MoveParameters move;
   float sleep_time = 0;      ///< s
   bool bounces = false;      ///< some material has a restitution above zero
-  std::uint32_t shapes = 0;  ///< `shape_bit` of all that bodies ever had, and bits beside: others need no kernels
+  std::uint32_t shapes = 0;  ///< `shape_bit` of every shape used so far, and further bits: others need no kernels
   PublishedSettings published;
 };
 
-/// Moments of a step on the device's clock.
+/// Timestamps of a step on the device's clock.
 template <exec::Device D>
 struct StageMarks {
   using Event = typename D::Event;
@@ -76,7 +76,7 @@ class Step {
     update_bodies();
   }
 
-  /// What is left of a step that stopped because there was no room for manifolds.
+  /// The rest of a step that stopped for lack of room for manifolds.
   void submit_rest() {
     device_.parallel_for(1, ResumeStep{counters_, SortOutContacts::group_size});
     for (const ShapePair pairs : {boxes, hulls, others})
@@ -85,7 +85,7 @@ class Step {
     update_bodies();
   }
 
-  /// What is left of a step that stopped because a body failed, with that body isolated.
+  /// The rest of a step that stopped because a body failed, with that body isolated.
   void submit_again() {
     device_.parallel_for(1, RepeatStep{counters_, SortOutContacts::group_size});
     if (settings_.published.cells) published_.measure_world();
@@ -203,7 +203,7 @@ class Step {
     const std::uint32_t max_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
     const SolveConstraints<kinds> solver{bodies_,         constraints_,    counters_,        body_capacity_,
                                          settings_.solve, joints_.generic, joints_.reactions};
-    // A colour holds a body once, so it has no more constraints than there are bodies.
+    // Each body occurs at most once in a colour, so a colour has no more constraints than there are bodies.
     if (!settings_.published.cells)
       device_.parallel_phases(max_phases, body_capacity_, solver);
     else if constexpr (kinds == JointKinds::absent)

@@ -1,7 +1,7 @@
-// update_manifolds: every contact's manifold for the poses as they are, what began and what ended.
+// update_manifolds: every contact's manifold at the current poses, and contacts that begin and end.
 //
-// Two passes: the first looks at every contact and sorts out the many that need nothing (boxes apart, manifold
-// recycled); the second runs the collision functions over lists of the rest, one for each `ShapePair`.
+// Two passes: the first checks every contact and filters out the many that need no collision test (boxes apart,
+// manifold recycled); the second runs the collision functions over lists of the rest, one per `ShapePair`.
 #pragma once
 
 #include "collision/collide.hpp"
@@ -18,7 +18,7 @@
 
 namespace fathom::device {
 
-/// Supports of body i are looked for in this very step.
+/// Supports of body i are searched in this same step.
 template <BodyPart... written>
 FATHOM_HD void hold_at_once(const Bodies<written...>& bodies, std::uint32_t i, Counters& counters) {
   exec::atomic_store(bodies.support[i].overloaded, counters.step);
@@ -26,7 +26,7 @@ FATHOM_HD void hold_at_once(const Bodies<written...>& bodies, std::uint32_t i, C
   exec::atomic_store(counters.overloaded_step, counters.step);
 }
 
-/// What both passes do when a contact begins or ends.
+/// The changes that all passes make when a contact begins or ends.
 struct ContactChanges {
   Bodies<body_colours, body_islands, body_fast_pairs, body_supports> bodies;
   ContactArrays contacts;
@@ -34,15 +34,15 @@ struct ContactChanges {
   Counters* counters;
   float sag;  ///< s²: `contact_sag`
 
-  /// All that sleep with body `i` wake before constraints are built.
+  /// All bodies asleep with body `i` wake before constraints are built.
   FATHOM_HD void wake(std::uint32_t i) const {
     if (bodies.flags[i] & (awake_flag | isolated_flag) || !bodies.constants[i].is_dynamic()) return;
     exec::atomic_store(bodies.island_woken[bodies.island[i]], counters->step + 1);
     exec::atomic_store(counters->waking, counters->live_bodies);
   }
 
-  /// A contact whose bodies have other joints than before keeps apart from now on, or gives up a colour that one of
-  /// them has taken.
+  /// After a change of its bodies' joints, a contact is disabled by a joint that keeps them apart, or gives up a colour
+  /// that a joint has taken.
   FATHOM_HD void meet_joints(Contact& c) const {
     if (apart.has(c.a, c.b)) {
       if (c.touching()) end(c);
@@ -60,8 +60,8 @@ struct ContactChanges {
     const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
     std::uint64_t* const taken = c.colour() < further_colour ? bodies.colours : bodies.further;
     const auto give_back = [&](std::uint32_t i) {
-      if (apart.is_on && c.colour() < further_colour && bodies.joint_colours[i] & bit) return;  // a joint's by now
-      // The bit is this contact's alone, so subtracting takes it away.
+      if (apart.is_on && c.colour() < further_colour && bodies.joint_colours[i] & bit) return;  // taken by a joint
+      // Only this contact holds the bit, so subtracting clears it.
       exec::atomic_add(taken[i], ~bit + 1);
     };
     give_back(c.b);
@@ -81,7 +81,7 @@ struct ContactChanges {
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 
-  /// A slot for the manifold of a contact that begins, or `none` where there is no more room.
+  /// A slot for the manifold of a contact that begins, or `none` if there is no room.
   FATHOM_HD std::uint32_t take_manifold() const {
     const std::uint32_t k = exec::atomic_add(counters->taken_manifolds, 1u), free = counters->free_manifolds;
     if (k < free) return contacts.free_manifolds[free - 1 - k];
@@ -117,8 +117,8 @@ struct ContactChanges {
     set_round(m, radius(a), radius(b), bodies.tensors[c.a].rolling_resistance, bodies.tensors[c.b].rolling_resistance);
   }
 
-  /// What follows for the contact `c`, a copy, from having collided with the result `fresh`, made `time` (s) from the
-  /// step's beginning or, below zero, of the poses as they are. False: it would begin, and there is no room.
+  /// Updates the contact `c`, a copy, to the collision result `fresh`, made `time` (s) after the step's beginning or,
+  /// below zero, at the current poses. False: it would begin, but there is no room.
   FATHOM_HD bool take(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a, float time) const {
     if (fresh.count == 0) {
       if (c.touching()) end(c);
@@ -152,7 +152,7 @@ struct ContactChanges {
     contacts.fast[contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u))] = {index, none};
   }
 
-  /// There was no room for what the contact would begin with.
+  /// The contact would begin, but there was no room for its manifold.
   FATHOM_HD void defer(std::uint32_t index, ShapePair pairs) const {
     contacts.deferred[contacts.listed(pairs, exec::atomic_add(counters->deferred[pairs], 1u))] = index;
   }
@@ -162,7 +162,8 @@ struct ContactChanges {
   }
 
  private:
-  /// Whether a contact touches as soon as it begins: what comes near begins before. What is deep inside is pushed out.
+  /// Whether a contact touches as soon as it begins, so a body was placed there: contacts of approaching bodies begin
+  /// earlier. Not for deep penetration, which is pushed out.
   FATHOM_HD bool is_placed(const ContactManifold& m, const Contact& c) const {
     constexpr float deep = 0.01f;  // m
     const Pose &a = bodies.poses[c.a], &b = bodies.poses[c.b];
@@ -175,14 +176,14 @@ struct ContactChanges {
     }
     return nearest <= reach && nearest > -deep;
   }
-  /// What has been placed knows no load yet. It is held in its first step, and then its impulses tell.
+  /// A placed body has no known load yet: it is held in its first step, then its impulses decide.
   FATHOM_HD void look_for_supports(const Contact& c) const {
     hold_at_once(bodies, c.a, *counters);
     hold_at_once(bodies, c.b, *counters);
   }
 };
 
-/// First pass.
+/// First pass: lists the contacts that have to collide.
 struct SortOutContacts {
   static constexpr std::uint32_t group_size = 128;
 
@@ -222,7 +223,7 @@ struct SortOutContacts {
   }
 
  private:
-  /// Beside the pairs that have to collide.
+  /// Outcomes other than a `ShapePair` that has to collide.
   enum Outcome : std::uint32_t { nothing = shape_pairs, recycled };
 
   FATHOM_HD std::uint32_t look_at(std::uint32_t index) const {
@@ -262,8 +263,8 @@ struct SortOutContacts {
   }
 };
 
-/// Second pass; item k is the k-th of the list of `pairs`. A contact that would begin and finds no room for its
-/// manifold is left as it was, and deferred.
+/// Second pass; item k is the k-th of the list of `pairs`. A contact that would begin but finds no room for its
+/// manifold is left unchanged and deferred.
 template <ShapePair pairs>
 struct CollideShapes {
   static constexpr std::uint32_t group_size = 64;  // few heavy items: small groups reach more compute units
@@ -317,7 +318,7 @@ struct CollideShapes {
   }
 };
 
-/// Takes up a step that stopped for want of manifolds.
+/// Resumes a step that stopped for lack of manifolds.
 struct ResumeStep {
   Counters* counters;
   std::uint32_t contact_group_size;
@@ -337,7 +338,7 @@ struct ResumeStep {
   }
 };
 
-/// Takes up a step that stopped because a body failed, where constraints are built.
+/// Resumes a step that stopped because a body failed, at the building of constraints.
 struct RepeatStep {
   Counters* counters;
   std::uint32_t contact_group_size;
@@ -354,7 +355,7 @@ struct RepeatStep {
   }
 };
 
-/// The deferred contacts, which are to collide once more.
+/// Lists the deferred contacts to collide once more.
 struct ListDeferred {
   Contacts<contact_worklists> contacts;
   ShapePair pairs;
@@ -365,7 +366,7 @@ struct ListDeferred {
   }
 };
 
-/// Wakes the bodies of islands that something woke in this step.
+/// Wakes the bodies of islands that are woken in this step.
 struct WakeIslands {
   Bodies<body_state, body_supports> bodies;
   Counters* counters;
@@ -376,7 +377,7 @@ struct WakeIslands {
     bodies.flags[i] |= awake_flag;
     bodies.slow_time[i] = 0;
     if (bodies.support[i].level > 0) hold_at_once(bodies, i, *counters);
-    // It wakes under its load.
+    // It wakes with its load.
     if (bodies.support[i].load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step);
     exec::atomic_store(counters->layout_dirty, 1u);
   }

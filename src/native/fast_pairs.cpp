@@ -1,5 +1,5 @@
-// Pairs that move fast for their size (dynamics/look_ahead.hpp). In a file of their own, or the compiler would call
-// what every contact needs where it is inlined now: the functions of poses.
+// Pairs that move fast for their size (dynamics/look_ahead.hpp). In a separate file, since otherwise the compiler would
+// not inline the pose functions that every contact needs.
 #include <algorithm>
 #include <utility>
 
@@ -27,7 +27,7 @@ Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& f
 
 namespace {
 
-/// Calls act(children) for pieces of both bodies that the box, in world axes, meets.
+/// Calls act(children) for pieces of both bodies that overlap the box, in world axes.
 template <class Act>
 void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& b, const Pose& pose_b, const Aabb& box,
                          const Act& act) {
@@ -47,15 +47,15 @@ void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& 
 
 }  // namespace
 
-/// What came out inside or behind something fixed goes as far as its way was free, and on in the next step. Where it
-/// gets so, it may be inside or behind something else.
+/// A body that ended inside or behind a non-dynamic body goes as far as its way was free, and on in the next step.
+/// There it may be inside or behind another body.
 void NativeSimulator::hold_back_fast() {
   changes_.for_each_fast_pair([&](const FastPair& pair) {
     if (!is_free(pair) && hold_back(pair))
       strays_.list.push_back({pair.b, {pair.pose_b.position, 0, pair.pose_b.rotation}});
   });
   hold_back_strays();
-  // The lighter ends beside the heavier one, unless something else is in its way: then the heavier beside it.
+  // The lighter body ends beside the heavier one, unless another is in its way: then the heavier ends beside it.
   constexpr int rounds = 4;
   for (int round = 0; round < rounds; ++round) {
     changes_.for_each_fast_pair([&](const FastPair& pair) {
@@ -66,16 +66,16 @@ void NativeSimulator::hold_back_fast() {
   }
 }
 
-/// Whether both bodies can be pushed.
+/// Whether both bodies are dynamic.
 bool NativeSimulator::is_free(const FastPair& pair) const { return bodies[pair.a].motion == MotionType::dynamic; }
 
-/// The body that is held back is noted among strays.
+/// Adds the body that is held back to the strays.
 void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
   const auto can_be_held = [this](std::uint32_t slot) { return (state_.flags[slot] & (awake | isolated)) == awake; };
   if (!can_be_held(pair.a) && !can_be_held(pair.b)) return;
   const bool is_a_lighter = bodies[pair.a].inverse_mass > bodies[pair.b].inverse_mass;
   const bool hold_a = !can_be_held(pair.b) || (can_be_held(pair.a) && is_a_lighter != heavier);
-  FastPair seen = pair;  // from the one that is not held
+  FastPair seen = pair;  // with the body that is not held as A
   if (hold_a) {
     std::swap(seen.a, seen.b);
     std::swap(seen.pose_a, seen.pose_b);
@@ -99,7 +99,7 @@ void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
   forget_build(seen.contact);
 }
 
-/// Returns whether it has changed where B gets to.
+/// Returns whether it changed B's end pose.
 bool NativeSimulator::hold_back(const FastPair& pair) {
   if ((state_.flags[pair.b] & (awake | isolated)) != awake) return false;
   if (bodies[pair.a].geometry.is_surface()) return hold_back_from_surface(pair);
@@ -134,19 +134,20 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
 }
 
 void NativeSimulator::put_back(std::uint32_t slot, const Pose& pose, Velocity v) {
-  // Of isotropic bodies the energy is the same about any axis.
+  // An isotropic body has the same energy about any axis.
   if (!bodies[slot].isotropic) v.angular = spin_put_back(v.angular, state_.poses[slot].rotation, pose.rotation);
-  // What is put back in step after step would else gather the rounding of as many products.
+  // A body put back in many steps would accumulate the rounding of all their products.
   Pose unit = pose;
   unit.rotation = normalize(pose.rotation);
   set_state(slot, unit, v);
 }
 
-/// They may have got to what nobody looked for there: on the whole way all that is fixed or kinematic is asked for.
+/// Strays may have reached bodies with which they are no pair: their whole way is searched for static and kinematic
+/// bodies.
 void NativeSimulator::hold_back_strays() {
   if (strays_.list.empty()) return;
   std::ranges::sort(strays_.list, {}, &Strays::Stray::slot);
-  // Those listed twice are listed alike, so it does not matter which thread came first.
+  // Duplicates are equal, so it does not matter which thread came first.
   const auto is_same = [](const Strays::Stray& x, const Strays::Stray& y) { return x.slot == y.slot; };
   strays_.list.erase(std::unique(strays_.list.begin(), strays_.list.end(), is_same), strays_.list.end());
   tree_.refresh_fixed(bodies, state_.bounds.data(), pool_);
@@ -158,8 +159,8 @@ void NativeSimulator::hold_back_strays() {
 }
 
 void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies) {
-  // What holds it back from one may take it to another. Where it began it was outside of all; from there it is carried
-  // by what moves, up to what does not.
+  // Holding it back from one obstacle may move it into another. Its initial pose was outside all; carried from there by
+  // a kinematic body, it is held back from static ones.
   constexpr int rounds = 4;
   std::uint32_t carrier = none;
   for (int round = 0; round < rounds; ++round) {
@@ -183,7 +184,7 @@ Pose NativeSimulator::begin_of_obstacle(std::uint32_t slot) const {
   return bodies[slot].motion == MotionType::fixed ? end : advanced(end, state_.velocities[slot], -def.dt);
 }
 
-/// What is fixed or kinematic near the stray's way, ascending.
+/// Static and kinematic bodies near the stray's way, in ascending order.
 std::vector<std::uint32_t> NativeSimulator::obstacles_of(const Strays::Stray& stray,
                                                          const std::vector<std::uint32_t>& kinematic_bodies) {
   const BodyInfo& info = bodies[stray.slot];
@@ -230,7 +231,7 @@ bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstac
   return is_held;
 }
 
-/// Manifolds of the pair, of which this is the first contact, are rebuilt in the next step.
+/// Has the manifolds of the pair with this first contact rebuilt in the next step.
 void NativeSimulator::forget_build(std::uint32_t first) {
   const auto forget = [&](std::uint32_t index) {
     if (graph_[index].touching()) graph_.manifold(graph_[index]).forget_build();

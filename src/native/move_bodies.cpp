@@ -19,12 +19,12 @@ namespace fathom::native {
 
 namespace {
 
-using namespace HWY_NAMESPACE;  // lane_functions-inl.hpp, for the instruction set this file is compiled for
+using namespace HWY_NAMESPACE;  // lane_functions-inl.hpp, for this file's instruction set
 #define FATHOM_LANE_FUNCTION HWY_INLINE
 #define FATHOM_LANE_LAMBDA HWY_ATTR
 #include "dynamics/bounds-inl.hpp"
 #include "dynamics/limited-inl.hpp"
-// What it builds on stands before.
+// Uses the headers above.
 #include "dynamics/integrate-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
@@ -39,12 +39,12 @@ V set(float value) { return hn::Set(D(), value); }
 Vec3V<V> set(Vec3 v) { return {set(v.x), set(v.y), set(v.z)}; }
 Vec3V<V> zero3() { return {hn::Zero(D()), hn::Zero(D()), hn::Zero(D())}; }
 
-/// `to` becomes `from` in some lanes.
+/// Copies `from` to `to` in these lanes.
 void take(hn::Mask<D> lanes, const Vec3V<V>& from, Vec3V<V>& to) {
   to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y), hn::IfThenElse(lanes, from.z, to.z)};
 }
 
-// −0 becomes +0: which one a sum of zeros gives can depend on how lanes were grouped.
+// −0 becomes +0: the sign of a sum of zeros can depend on how lanes were grouped.
 Vec3V<V> without_negative_zeros(Vec3V<V> v) { return v + zero3(); }
 
 struct Motion : Flight<Vec3V<V>> {
@@ -53,7 +53,7 @@ struct Motion : Flight<Vec3V<V>> {
 };
 using Forces = FlightForces<Vec3V<V>>;
 
-/// Vectors in lanes as arrays, for what is done lane by lane.
+/// Vectors in lanes as arrays, for work lane by lane.
 struct LaneVectors {
   HWY_ALIGN float at[3][width];
 
@@ -65,7 +65,7 @@ struct LaneVectors {
   void set(std::size_t i, Vec3 v) { at[0][i] = v.x, at[1][i] = v.y, at[2][i] = v.z; }
 };
 
-/// Calls act(lane, slot) for lanes on which a force of the application acts; returns whether there are any.
+/// Calls act(lane, slot) for lanes with a force from the application; returns whether there are any.
 template <class Act>
 bool for_each_forced(const Lanes& lanes, const BodyState& state, const MoveParameters& p, const Act& act) {
   bool any = false;
@@ -78,7 +78,7 @@ bool for_each_forced(const Lanes& lanes, const BodyState& state, const MoveParam
   return any;
 }
 
-/// Acceleration of lanes that have a force; the others have gravity's alone.
+/// Acceleration of lanes with a force; the others have gravity only.
 void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
                 Vec3V<V>& linear, Vec3V<V>& angular) {
   LaneVectors v(linear), w(angular);
@@ -90,7 +90,7 @@ void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& st
   if (any) linear = v.lanes(), angular = w.lanes();
 }
 
-/// What acts on bodies without contacts, which are all dynamic.
+/// Forces on bodies without contacts, which are all dynamic.
 Forces forces_on(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p) {
   const QuadV<V> flight = lanes.load(state.flight.data(), 0);
   const V h = set(p.dt / static_cast<float>(p.substeps));
@@ -99,8 +99,8 @@ Forces forces_on(const Lanes& lanes, const BodyTable& bodies, const BodyState& s
   return f;
 }
 
-/// Lanes that contacts could have touched and did not have flown freely, the solver rounding their velocity in every
-/// substep; they get the one of a flight without. All others have no residual.
+/// Lanes whose contacts did not touch have flown freely, but the solver rounded their velocity in every substep: they
+/// get the velocity of a free flight without that rounding. All others have no residual.
 void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const Motion& before, Motion& m) {
   const D d;
   const QuadV<V> motion = lanes.load(state.motion.data(), 0);  // acceleration and linear damping
@@ -120,8 +120,7 @@ void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const
   take(free, flown.residual, m.residual);
 }
 
-/// Bodies with several principal moments turn substep by substep; those in contact (no `forces`) the solver has turned
-/// already.
+/// Turns anisotropic bodies substep by substep; the solver has already turned those in contact (no `forces`).
 void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
                       const Motion& before, const Forces* forces, Motion& m) {
   bool any = false;
@@ -157,8 +156,8 @@ void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& st
   m.angular = w.lanes();
 }
 
-/// `fathom::complete_forced` of lanes on which forces act. Bodies with several principal moments have turned already:
-/// `turn` gets what their orientation still has to. `forces`: of bodies without contacts.
+/// `fathom::complete_forced` for lanes with forces. Anisotropic bodies turn separately: `turn` gets their remaining
+/// rotation. `forces`: those of bodies without contacts, otherwise null.
 bool complete_forced(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
                      const Motion& before, const Forces* forces, Motion& m, Vec3V<V>& turn) {
   const LaneVectors v0(before.linear), w0(before.angular), v(m.linear), w(m.angular);
@@ -187,7 +186,7 @@ bool complete_forced(const Lanes& lanes, const BodyTable& bodies, BodyState& sta
   return true;
 }
 
-/// `motion_box` of lanes that are no boxes.
+/// `motion_box` of lanes that are not boxes.
 void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
                   Vec3V<V>& lower, Vec3V<V>& upper) {
   const D d;
@@ -204,11 +203,11 @@ void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& 
   upper = {hn::Load(d, corners[3]), hn::Load(d, corners[4]), hn::Load(d, corners[5])};
 }
 
-// What is read and written of BodyBounds by quads.
+// BodyBounds are read and written in quads.
 static_assert(offsetof(BodyBounds, fat_box) == 24 && offsetof(BodyBounds, half_extents) == 48);
 
-/// How far from the line that they began along bodies may get (m): as far as pairs are looked for beside it. Those with
-/// joints nowhere: a joint may draw them through what they touch.
+/// How far (m) bodies may leave their initial line of motion: the distance within which pairs are searched beside it.
+/// Zero for jointed bodies: a joint may pull them through others in contact.
 V allowed_aside(const Lanes& lanes, V radius, const BodyState& state, const MoveParameters& p) {
   const D d;
   const V beside = hn::Add(half_speculative_margin(radius, p.dt), set(fall_within(p.dt)));
@@ -220,7 +219,7 @@ V allowed_aside(const Lanes& lanes, V radius, const BodyState& state, const Move
   return hn::Load(d, allowed);
 }
 
-/// Lists those whose way has left the line that they began along by more than is allowed, and by a good part of their
+/// Lists bodies that have left their initial line of motion by more than is allowed, and by a good part of their
 /// thickness.
 void note_strays(const Lanes& lanes, V radius, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
                  const Motion& before, const Motion& m) {
@@ -244,7 +243,7 @@ void note_strays(const Lanes& lanes, V radius, const BodyTable& bodies, const Bo
   }
 }
 
-/// Boxes of the lanes' new motion; a fat box only where the old one is left.
+/// Updates the boxes of the lanes' new motion; a fat box only if the body has left the old one.
 template <bool in_contact>
 void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
                   const Motion& before, const Motion& m) {
@@ -304,7 +303,7 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   }
 }
 
-/// m in a step; substeps at the limit add up to a little more than a step at it.
+/// m per step; substeps at the limit add up to slightly more than a step at it.
 float max_moved(const MoveParameters& p) { return 1.01f * p.dt * p.limits.linear; }
 
 /// Whether all lanes are finite and within the limits.
@@ -314,24 +313,24 @@ bool is_ordinary(const Motion& m, const MoveParameters& p) {
                                   hn::And(within(m.moved, max_moved(p)), within(m.turned, 1e18f))));
 }
 
-/// What those that are not need: velocities and movements are cut to the limits. Lanes with a state that is not finite
-/// stay where they are, at residual, and get the flag `isolated`; returns how many.
+/// For lanes that are not ordinary: clamps velocities and movements to the limits. Lanes with a state that is not
+/// finite stay in place, at rest, and get the flag `isolated`; returns how many.
 HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const MoveParameters& p, Motion& m,
                                   Vec3V<V>& turn_left) {
   const D d;
-  // One sum tells of any NaN or infinity among the terms.
+  // One sum detects any NaN or infinity among the terms.
   const auto sum = [](Vec3V<V> v) { return hn::Add(hn::Abs(v.x), hn::Add(hn::Abs(v.y), hn::Abs(v.z))); };
   const V scaled =
       hn::Mul(set(1e-3f), hn::Add(hn::Add(sum(m.linear), sum(m.angular)), hn::Add(sum(m.moved), sum(m.turned))));
   const auto finite = hn::Eq(hn::Sub(scaled, scaled), hn::Zero(d));
-  // The residual of a velocity beyond all limits could be as large as any other.
+  // The residual of a velocity beyond the limits has no bound.
   const auto keeps_residual = hn::Le(dot(m.linear, m.linear), set(p.limits.linear * p.limits.linear));
   const auto kept = [](hn::Mask<D> where, Vec3V<V> v) {
     return Vec3V<V>{hn::IfThenElseZero(where, v.x), hn::IfThenElseZero(where, v.y), hn::IfThenElseZero(where, v.z)};
   };
   m.linear = kept(finite, limited(m.linear, set(p.limits.linear)));
   m.angular = kept(finite, limited(m.angular, set(p.limits.angular)));
-  // Not those that `is_ordinary` lets pass, or it would matter which bodies share a vector.
+  // Not for lanes that `is_ordinary` accepts, or the result would depend on which bodies share a vector.
   const auto too_far = hn::Gt(dot(m.moved, m.moved), set(std::min(max_moved(p) * max_moved(p), 3e38f)));
   take(too_far, limited(m.moved, set(p.dt * p.limits.linear)), m.moved);
   m.moved = kept(finite, m.moved);
@@ -349,7 +348,8 @@ HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const Mo
   return count;
 }
 
-/// Not those that have nothing left, which rounding would turn: it would matter which bodies share a vector.
+/// Skips lanes with no rotation left: rounding would turn them, and the result would depend on which bodies share a
+/// vector.
 void turn_further(Vec3V<V> turn, Motion& m) {
   const auto turns = hn::Gt(dot(turn, turn), hn::Zero(D()));
   const QuatV<V> q = turned(m.rotation, turn);

@@ -1,6 +1,6 @@
-// Pairs that may touch in several parts, each with a contact of its own: those with a surface have one for each
-// direction in which it is touched (terrain/), those with a compound one for each two children, and both where both
-// are met. Parts are matched with those of the last step by their children, and those of surfaces by their normals.
+// Pairs that may touch in several parts, each with a contact of its own: with a surface one per direction of touch
+// (terrain/), with a compound one per pair of children, with both one per combination. Parts are matched with those of
+// the last step by children, and those of surfaces also by normal.
 #include <algorithm>
 #include <tuple>
 
@@ -27,7 +27,7 @@ struct Part {
   auto key() const { return std::tuple(children.a, children.b, !touches); }
 };
 
-/// What was found of two pieces.
+/// A part found between two pieces.
 struct FoundPart {
   Children children;
   float ahead;  ///< see NewManifold
@@ -36,17 +36,17 @@ struct FoundPart {
   AxisCache axis;
 };
 
-/// What is found on the way; kept from pair to pair for its room.
+/// Scratch memory, reused from pair to pair.
 struct PairScratch {
-  std::vector<Part> parts;  ///< by children, those that touch first
+  std::vector<Part> parts;  ///< sorted by children, touching ones first
   std::vector<FoundPart> found;
-  std::vector<Part*> matches;  ///< of these among the parts
+  std::vector<Part*> matches;  ///< matching part of each found one, or null
   std::vector<std::uint32_t> children_a, children_b;
   std::vector<SurfacePush> pushes;
   SurfaceScratch surface;
 };
 
-/// Seen from the frame in which the one it is told in is at `pose`.
+/// The manifold in the frame in which its own frame has the pose `pose`.
 Manifold moved(Manifold m, const Pose& pose) {
   m.normal = rotate(pose.rotation, m.normal);
   for (int i = 0; i < m.count; ++i) m.points[i].position = transform(pose, m.points[i].position);
@@ -55,7 +55,7 @@ Manifold moved(Manifold m, const Pose& pose) {
 
 }  // namespace
 
-/// One pair while it is brought up to date. Its contacts are looked at by one thread, that of the first one.
+/// One pair during its update. All its contacts are handled by one thread, that of the first one.
 class PartedPair {
  public:
   PartedPair(std::uint32_t first, const NarrowPhase& narrow_phase, PairScratch& scratch)
@@ -103,8 +103,8 @@ class PartedPair {
     return none;
   }
 
-  /// All parts but the one that has been asked already. A compound that turns moves its other children, too: none of
-  /// these gets near unseen.
+  /// Whether all parts but `asked`, already tested, have moved little. A turning compound moves its other children too:
+  /// none of these may come near unseen.
   bool others_moved_little(std::uint32_t asked) const {
     const Pose b_in_a = relative(pose_a(), pose_b());
     for (const Part& part : scratch_.parts) {
@@ -121,7 +121,7 @@ class PartedPair {
     return true;
   }
 
-  /// What the first contact has met is told by the one who asked, what others have by lists.
+  /// Returns the change of the first contact; those of the others go to lists.
   Change end_all(bool gone) {
     for (const Part& part : scratch_.parts) {
       if (part.index == first_) continue;
@@ -138,7 +138,7 @@ class PartedPair {
     return speculative_margin(a_.radius, b_.radius, velocity_a(), velocity_b(), narrow_phase_.dt);
   }
 
-  /// Numbers of the pieces of B that may touch A.
+  /// Indices of the pieces of B that may touch A.
   std::span<const std::uint32_t> near_children_of_b() {
     std::vector<std::uint32_t>& near = scratch_.children_b;
     near.clear();
@@ -165,7 +165,7 @@ class PartedPair {
     for (const std::uint32_t child : near_children_of_b()) watch(child);
   }
 
-  /// Where the piece gets to is looked at after the step: a load may press what is thin through within one.
+  /// Has the piece's end pose checked after the step: a load may press a thin piece through within one step.
   void watch(std::uint32_t child_b) {
     const Contact& c = contact(first_);
     narrow_phase_.fast.push_back({first_, c.a, c.b, pose_a(), pose_b(), {}, {0, child_b}});
@@ -262,7 +262,7 @@ class PartedPair {
             std::ranges::upper_bound(scratch_.parts, same, {}, children_of)};
   }
 
-  /// Of the manifolds that the two have so far.
+  /// Pushes of the existing manifolds of these children.
   std::span<const SurfacePush> pushes_of(Children children) const {
     std::vector<SurfacePush>& pushes = scratch_.pushes;
     pushes.clear();
@@ -308,8 +308,8 @@ class PartedPair {
     return part;
   }
 
-  /// Of those of the same children that touch: with a surface, the one whose normal is nearest to this one; null: none
-  /// is near.
+  /// The unmatched touching part of the same children whose normal is nearest to the found one; null if there is none,
+  /// or, with a surface, none near enough.
   Part* max_alike(const FoundPart& found) const {
     Part* best = nullptr;
     float nearest = a_.geometry.is_surface() ? alike_normals : -2.0f;
@@ -321,7 +321,7 @@ class PartedPair {
     return best;
   }
 
-  /// A contact that does not touch, for other children from now on.
+  /// The next unmatched contact that does not touch, reassigned to these children; null if there is none.
   Part* next_unused(std::size_t& next, Children children) {
     while (next < scratch_.parts.size() && (scratch_.parts[next].is_matched || scratch_.parts[next].touches)) ++next;
     if (next == scratch_.parts.size()) return nullptr;
@@ -340,8 +340,8 @@ Change update_parts(std::uint32_t index, const NarrowPhase& narrow_phase) {
   return PartedPair(index, narrow_phase, scratch).update();
 }
 
-/// A piece's centre never gets behind a triangle: it would be pushed out on the other side. It goes along the triangle
-/// from where it is as far in front as half the piece's thickness, or as it was, and loses its approach.
+/// A piece's centre never gets behind a triangle, which would push it out on the other side. From half the piece's
+/// thickness in front, or from its initial distance, it slides along the triangle and loses its approach velocity.
 bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   thread_local SurfaceScratch scratch;
   const BodyInfo& a = bodies[pair.a];
@@ -351,14 +351,14 @@ bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   const Pose begin_of_piece = pair.pose_b * b.pose, end_of_piece = end * b.pose;
   const Vec3 moved = inverse_transform(state_.poses[pair.a], end_of_piece.position) -
                      inverse_transform(pair.pose_a, begin_of_piece.position);
-  // What moves as little as this is pushed out before it has got through by many such steps.
+  // A piece as slow as this is pushed out before many such steps take it through.
   constexpr float creep = 1.0f / 32;
   if (length_squared(moved) <= creep * creep * b.half * b.half) return false;
   Velocity v = state_.velocities[pair.b];
   const CentreWay way =
       centre_way({a.geometry, a.radius, pair.pose_a, of_surface}, {b.geometry, b.radius, begin_of_piece, v},
                  state_.poses[pair.a], end_of_piece, b.half, scratch);
-  // Where it has been held back already it is stopped again, and goes nowhere else.
+  // A piece already held back stops at the same place again.
   constexpr float there = 1e-3f;
   if (way.stops == 0 || length_squared(way.end - end_of_piece.position) <= there * there * b.half * b.half)
     return false;

@@ -13,7 +13,7 @@ struct FacesOfEight {
   EightInts faces = eight(-1);
 };
 
-/// The shape's faces that the triangles are highest over.
+/// Per triangle, the shape's face with the largest separation.
 FacesOfEight best_faces(const HullView& shape, const Triangles& t) {
   FacesOfEight best;
   for (int f = 0; f < shape.face_count; ++f) {
@@ -25,15 +25,15 @@ FacesOfEight best_faces(const HullView& shape, const Triangles& t) {
   return best;
 }
 
-/// Edges with the largest separation, if that is above a threshold.
+/// Edge pairs with the largest separation, if that is above a threshold.
 struct EdgesOfEight {
   Eight separations;
   EightInts of_triangle = eight(-1), of_shape = eight(-1);
 };
 
-/// An edge of a triangle has all normals across it that do not point into the triangle, an edge of a hull those
-/// between its faces'. Most pairs have none in common, which their signs tell before there is a root. Returns the
-/// triangles that are not farther away than the margin.
+/// The normals of a triangle's edge are all those across it that do not point into the triangle; the normals of a
+/// hull's edge are those between its faces' (an arc of the Gauss map). Most pairs have none in common, which signs show
+/// before a square root is needed. Returns the triangles within the margin.
 EightInts find_edges(const Triangles& t, const TurnedShape& shape, Eight noise, Eight margin, EightInts near,
                      EdgesOfEight& best) {
   const Eight zero = eight(0.0f), one = eight(1.0f), shortest = eight(min_cross);
@@ -43,7 +43,7 @@ EightInts find_edges(const Triangles& t, const TurnedShape& shape, Eight noise, 
     for (int k = 0; k < 3; ++k) {
       const EightVec3 across = cross(t.along[k], along);
       const EightVec3 axis = negated_where(dot(across, t.inward[k]) > zero, across);
-      // Into the shape: between the normals of the faces beside its edge.
+      // Points into the shape, and is between the normals of its edge's faces.
       const EightInts between = (dot(axis, left) * dot(axis, right) <= zero) & (dot(axis, eight(arc.middle)) < zero);
       if (bits(between & near) == 0) continue;
       const Eight l = sqrt(length_squared(axis));
@@ -62,8 +62,8 @@ EightInts find_edges(const Triangles& t, const TurnedShape& shape, Eight noise, 
   return near;
 }
 
-/// Of these, a bit for each that the round shape is not farther away from than the margin: over its plane, and beyond
-/// its sides.
+/// A bit for each of the triangles `near` that is within the margin of the round shape, measured from its plane and
+/// from its sides.
 unsigned near_of_round(const EightTriangles& triangles, const EightPlanes& planes, const RoundShape& round,
                        float margin, EightInts near) {
   const EightVec3 from = eight(round.core.from), end = eight(end_of(round.core));
@@ -80,7 +80,7 @@ unsigned near_of_round(const EightTriangles& triangles, const EightPlanes& plane
   return bits(near);
 }
 
-/// How far behind each triangle the shape's centre may be (m).
+/// How far (m) behind each triangle the shape's centre may be.
 Eight allowed_behind(const EightPlanes& planes, const TurnedShape& shape, std::span<const Vec3> pushed) {
   const Eight on_that_side = eight(0.5f);  // normals within 60 degrees
   Eight allowed = eight(0.5f * shape.inner());
@@ -108,7 +108,7 @@ TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, 
   const Triangles t(triangles);
   const FacesOfEight faces = best_faces(shape.turned(), t);
   near = near & (faces.separations <= eight(margin));
-  // As make_tolerance.
+  // As `make_tolerance`.
   const Eight reach = t.reach + eight(shape.outer());
   const Eight tolerance =
       min(eight(max_axis_tolerance), eight(axis_tolerance_share) * min(t.reach, eight(shape.inner()))) +

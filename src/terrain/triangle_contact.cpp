@@ -8,12 +8,12 @@
 namespace fathom {
 namespace {
 
-/// A triangle as a hull with two faces: the first looks outward.
+/// A triangle as a hull with two faces; the first faces outward.
 class TriangleHull {
  public:
   TriangleHull(const SurfaceTriangle& t, float outer)
       : planes_{{t.normal, t.offset}, {-t.normal, -t.offset}}, view_{t.corners, edges_, planes_, face_edges_, 3, 6, 2} {
-    view_.inner = outer, view_.outer = outer;  // it is the other shape that is thin
+    view_.inner = outer, view_.outer = outer;  // the other shape is the thin one
   }
   TriangleHull(const TriangleHull&) = delete;
   TriangleHull& operator=(const TriangleHull&) = delete;
@@ -30,7 +30,7 @@ float largest_coordinate(const SurfaceTriangle& t) {
   return max(max_component(abs(t.corners[0])), max(max_component(abs(t.corners[1])), max_component(abs(t.corners[2]))));
 }
 
-/// The corners that reach farthest along the axis, within `tolerance` (m).
+/// The corners farthest along the axis, within `tolerance` (m).
 unsigned tips_along(const SurfaceTriangle& t, Vec3 axis, float tolerance) {
   const float heights[] = {dot(t.corners[0], axis), dot(t.corners[1], axis), dot(t.corners[2], axis)};
   const float highest = max(heights[0], max(heights[1], heights[2]));
@@ -41,18 +41,18 @@ unsigned tips_along(const SurfaceTriangle& t, Vec3 axis, float tolerance) {
 
 constexpr unsigned all_tips = 7;
 
-/// Whether bodies may be pushed along the axis (unit, away from the triangle) where they touch its corners `tips`:
-/// never inward, and not where the surface beside rises.
+/// Whether bodies that touch the corners `tips` may be pushed along the axis (unit, away from the triangle): never
+/// inward, and not where the adjacent surface rises.
 bool may_push(const SurfaceTriangle& t, Vec3 axis, unsigned tips, const Surroundings& around) {
-  constexpr float inward = -0.1f;  // ridges of two faces back to back have axes across them
+  constexpr float inward = -0.1f;  // across ridges with faces back to back axes are valid
   return tips != all_tips && dot(axis, t.normal) > inward && !around.rises(t, tips, axis);
 }
 
 /// Ends of edge k.
 unsigned tips_of_edge(int k) { return 1u << k | 1u << (k + 1) % 3; }
 
-/// The triangle's own numbers of corners and edges become names, so that points of neighbours that meet in the same
-/// corner or edge are called the same, from step to step.
+/// Replaces the triangle's own corner and edge indices with global names, so that points of neighbours in a shared
+/// corner or edge have the same feature, from step to step.
 void name_features(const SurfaceTriangle& t, Manifold& m) {
   for (int i = 0; i < m.count; ++i) {
     std::uint32_t& feature = m.points[i].feature;
@@ -69,7 +69,7 @@ void name_features(const SurfaceTriangle& t, Manifold& m) {
 
 // --- boxes and hulls -----------------------------------------------------------------------------------------
 
-/// Across edge k of the triangle and the shape's.
+/// Unit normal across edge k of the triangle and the shape's edge.
 Vec3 edge_normal(const SurfaceTriangle& t, int k, const EdgeArc& of_shape) {
   const Vec3 along = t.corners[(k + 1) % 3] - t.corners[k];
   const Vec3 across = cross(along, of_shape.along);
@@ -108,7 +108,7 @@ TriangleContact collide_polyhedron(const SurfaceTriangle& t, const TriangleAxes&
   const TriangleHull hull(t, largest_coordinate(t));
   HullPair pair = make_hull_pair(hull.view(), shape.hull(), {{}, 0, shape.rotation()});
   Tolerance& tolerance = pair.tolerance;
-  tolerance.side = tolerance.noise;  // sides put outward would meet far beyond a sharp corner
+  tolerance.side = tolerance.noise;  // sides moved outward would meet far beyond a sharp corner
   const int face = axes.face[lane];
   const Vec3 out_of_shape = face >= 0 ? -b.planes[face].normal : Vec3{};
   const bool is_nearer = axes.of_face[lane] > axes.of_normal[lane] + tolerance.axis;
@@ -125,7 +125,8 @@ TriangleContact collide_polyhedron(const SurfaceTriangle& t, const TriangleAxes&
 
 // --- spheres and capsules ------------------------------------------------------------------------------------
 
-/// Ends of the core's part over the triangle, and what cut it there.
+/// A point at the nearest edge or corner, or one at each end of the core's part over the triangle, with the edge that
+/// clipped it.
 Manifold collide_round(const SurfaceTriangle& t, const TurnedShape& shape, float margin, const Surroundings& around) {
   Manifold m;
   const RoundShape& round = shape.round();
