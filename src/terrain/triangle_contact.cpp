@@ -44,7 +44,7 @@ constexpr unsigned all_tips = 7;
 /// Whether bodies that touch the corners `tips` may be pushed along the axis (unit, away from the triangle): never
 /// inward, and not where the adjacent surface rises.
 bool may_push(const SurfaceTriangle& t, Vec3 axis, unsigned tips, const Surroundings& around) {
-  constexpr float inward = -0.1f;  // across ridges with faces back to back axes are valid
+  constexpr float inward = -0.1f;  // allows axes across the normals at ridges of back-to-back faces
   return tips != all_tips && dot(axis, t.normal) > inward && !around.rises(t, tips, axis);
 }
 
