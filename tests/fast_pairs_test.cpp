@@ -194,6 +194,45 @@ BodyDef falling_disc(Generator& random, int kind) {
   return body;
 }
 
+// A hit throws a body aside within the step, into a plate that is no pair of it.
+TEST(FastPairs, WhatAHitThrowsAsideStopsAtWhatLiesBeside) {
+  struct Case {
+    SimulatorKind simulator;
+    BroadPhase broad_phase;
+  };
+  using enum BroadPhase;
+  for (const Case& c :
+       {Case{SimulatorKind::native, tree}, {SimulatorKind::device, tree}, {SimulatorKind::device, sweep}})
+    for (std::uint32_t seed = 1; seed <= 60; ++seed) {
+      std::mt19937 random(seed);
+      WorldDef def;
+      def.gravity = {};
+      def.threads = 1;
+      def.simulator = c.simulator, def.device = test_device(), def.broad_phase = c.broad_phase;
+      World world(def);
+      const float size = uniform(random, 0.03f, 0.1f), away = size * uniform(random, 5, 9);
+      BodyDef thrown{.shape = seed % 3 == 0 ? box({size, size, size}) : sphere(size)};
+      thrown.material.restitution = 0.5f;
+      const BodyId id = world.add(thrown);
+      BodyDef plate{.shape = box({60, 0.01f, 60})};
+      plate.motion = seed % 2 == 0 ? MotionType::kinematic : MotionType::fixed;
+      plate.pose.position = {0, away, 0};
+      const BodyId wall = world.add(plate);
+      if (seed % 2 == 0) world.set_velocity(wall, {0, uniform(random, -0.5f, 0.5f), 0}, {});
+      BodyDef hitter = thrown;
+      hitter.shape = sphere(2 * size), hitter.density = 5000;
+      hitter.pose.position = {-3 * size - uniform(random, 0.5f, 2), -size * uniform(random, 1, 2), 0};
+      hitter.velocity.linear = {uniform(random, 60, 150), 0, 0};
+      world.add(hitter);
+      for (int i = 0; i < 12; ++i) {
+        world.step();
+        ASSERT_LT(world.pose(id).position.y, world.pose(wall).position.y)
+            << "seed " << seed << (c.simulator == SimulatorKind::native ? "" : " on the device")
+            << (c.broad_phase == sweep ? ", sweep" : "");
+      }
+    }
+}
+
 TEST(FastPairs, SmallSpinningDiscsDoNotFallThroughAFloor) {
   constexpr int side = 20;
   constexpr float spacing = 0.19f;

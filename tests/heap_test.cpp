@@ -144,6 +144,12 @@ TEST(Heap, LetsNobodyStayWhereItIsAgainstItsVelocity) {
   for (const std::uint64_t seed : {13, 119, 136}) expect_sound(seed, {.threads = 1});
 }
 
+// Hits throw bodies off their line, into walls that they are no pairs with.
+TEST(Heap, HoldsBackOnTheDeviceWhatAHitThrowsAside) {
+  for (const std::uint64_t seed : {352, 477})
+    expect_sound(seed, {.simulator = SimulatorKind::device, .device = "host", .threads = 1});
+}
+
 // A body that slept under a load keeps the inertia that the load added: otherwise heaps throw bodies at up to 100 m/s
 // when they wake.
 TEST(Heap, WakesWithoutAJolt) {
