@@ -131,7 +131,7 @@ std::string spikes_text(const View& view) {
   if (p99.empty()) return {};
   const Statistics usual = statistics(p99), longest = statistics(max);
   return fmt::format(
-      "Spikes with Fathom's algorithms: in the middle one of the runs, 1 step of 100 takes more than {} times the "
+      "Spikes with Fathom's algorithms: in the median run, 1 step of 100 takes more than {} times the "
       "median of "
       "the steps around it, and the longest takes {} times; the longest of all {} times ({}). Where other programs "
       "share the processor these are theirs too. The dissertation's device steps had spikes of 150 to 300 ms.",
@@ -147,7 +147,7 @@ std::string company(const View& view) {
   if (per_hundred.empty()) return {};
   const Statistics s = statistics(per_hundred);
   return fmt::format(
-      "Other programs took the processor away {} times in 100 steps in the middle one of the runs, {} times in "
+      "Other programs took the processor away {} times in 100 steps in the median run, {} times in "
       "the worst{}.",
       figure(s.median), figure(s.max),
       s.median > 1 ? ": <b>the machine was not quiet</b>, and times are longer than they need be" : "");
