@@ -34,7 +34,8 @@ dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem}dt{font-wei
 .pictures{display:grid;grid-template-columns:repeat(3,1fr);gap:.4rem}.pictures img{width:100%;border-radius:6px;display:block}
 .pictures figcaption{font-size:.85rem;color:var(--faint)}.wide{overflow-x:auto}nav{columns:2;margin:.6rem 0}nav a{display:block}
 a{color:var(--c0)}li{margin:.2rem 0}
-@media print{tr.group{break-after:avoid}body{max-width:none;margin:0;font-size:10pt}nav{display:none}h2{break-after:avoid}h3{break-after:avoid}
+@media print{tr.group{break-after:avoid}body{max-width:none;margin:0;font-size:10pt}nav{display:none}h2,h3,tr:first-child,figcaption{break-after:avoid}
+.wide{overflow:visible}table{font-size:8.5pt}th,td{padding:.15rem .35rem}
 tr,figure,.panels svg,.pictures img{break-inside:avoid}svg,.card{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 @media screen and (max-width:48rem){.panels,.pictures{grid-template-columns:1fr}nav{columns:1}}
 )";
