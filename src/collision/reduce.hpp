@@ -20,7 +20,8 @@ struct FacePoint {
 
 inline constexpr int max_face_points = 64;
 
-/// Points no higher above the deepest one than this (m) carry load too: contacts yield by as much under a body's weight.
+/// Points no higher above the deepest one than this (m) carry load too: contacts yield by as much under a body's
+/// weight.
 inline constexpr float level_height = 3e-4f;
 
 /// Position of a patch's load, in the frame of the reference face (m).

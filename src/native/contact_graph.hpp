@@ -1,7 +1,7 @@
 // All contacts of a world: their storage, their bodies, and the colours of those that touch.
 //
 // Colouring is greedy and persistent (as in Box2D v3 and Box3D): when a contact begins to touch, it takes the lowest
-// colour free on both bodies and keeps it until the touch ends. Contacts with an non-dynamic body occupy a colour of
+// colour free on both bodies and keeps it until the touch ends. Contacts with a non-dynamic body occupy a colour of
 // the other body only, and have colours of their own, solved last because the ground is the firmer side. A contact that
 // finds no colour goes to the overflow list, which is solved one by one. One thread assigns and releases colours in the
 // order of contacts, so they do not depend on timing. Colours are listed by unit (domains.hpp).
