@@ -10,7 +10,7 @@ draw() { "$fathom" render "$@" --samples 2 --gpu software --quiet; }
 # to_jpeg <output> <ffmpeg input and filter>…
 to_jpeg() { local out=$1; shift; ffmpeg -y -loglevel error "$@" -frames:v 1 -q:v 4 "$images/$out"; }
 
-# README.md: balls, capsules, boxes and hulls fall into a bin.
+# README.md: balls, capsules, boxes and hulls fall on each other.
 draw mixed --bodies 1000 --at 1.4 --zoom 1.9 --size 960x540 -o "$work/mixed.png"
 to_jpeg mixed.jpg -i "$work/mixed.png"
 
