@@ -187,11 +187,14 @@ constexpr JointPass joint_pass(ContactPass pass) {
                                       : JointPass::iterate;
 }
 
+/// Ball joints and couplings tell only a relaxing sweep from others: one instance serves the rest.
+constexpr JointPass plain_pass(JointPass pass) { return pass == JointPass::relax ? JointPass::relax : JointPass::soft; }
+
 template <JointPass pass, class D>
 HWY_INLINE void sweep_joints_of_kind(const Block<D>& block, SolverBody* all, float h, bool ends_substep) {
   const ConstraintKind kind = block.header().kind;
-  if (kind == ConstraintKind::ball_joint) return sweep_joints<pass>(block, all, h, ends_substep);
-  if (kind == ConstraintKind::coupling) return sweep_couplings<pass>(block, all, h, ends_substep);
+  if (kind == ConstraintKind::ball_joint) return sweep_joints<plain_pass(pass)>(block, all, h, ends_substep);
+  if (kind == ConstraintKind::coupling) return sweep_couplings<plain_pass(pass)>(block, all, h, ends_substep);
   sweep_generic_joints<pass>(block, all, h, ends_substep);
 }
 
@@ -222,7 +225,7 @@ void sweep_only_couplings(BlockArray blocks, std::size_t begin, std::size_t end,
   for (std::size_t i = begin; i < end; ++i) {
     const Block<D> block = block_at<D>(blocks, i);
     if (block.header().kind == ConstraintKind::coupling)
-      sweep_couplings<joint_pass(pass)>(block, all, p.substep, ends_substep<pass>(p));
+      sweep_couplings<plain_pass(joint_pass(pass))>(block, all, p.substep, ends_substep<pass>(p));
   }
 }
 
