@@ -125,8 +125,6 @@ position = [1, 2, 3]
 rotation = [0, 0, 0, 2]
 velocity = [4, 5, 6]
 angular_velocity = [7, 8, 9]
-mass = 12.5
-inertia = [1, 2, 3]
 gravity_scale = -1
 linear_damping = 0.1
 angular_damping = 0.2
@@ -134,8 +132,13 @@ can_sleep = false
 sensor = true
 filter = {category = 0x4, mask = 0xfffffff0}
 user_data = 99
+[[body]]
+shape = "crate"
+motion = "dynamic"
+mass = 12.5
+inertia = [1, 2, 3]
 )");
-  ASSERT_EQ(scene.bodies.size(), 1u);
+  ASSERT_EQ(scene.bodies.size(), 2u);
   const BodyDef& body = scene.bodies[0];
   EXPECT_EQ(body.shape.type, ShapeType::box);
   EXPECT_TRUE(body.shape.half_extents == (Vec3{0.5f, 0.25f, 1}));
@@ -150,10 +153,12 @@ user_data = 99
   EXPECT_EQ(body.pose.rotation.z, 1.0f);
   EXPECT_TRUE(body.velocity.linear == (Vec3{4, 5, 6}));
   EXPECT_TRUE(body.velocity.angular == (Vec3{7, 8, 9}));
-  EXPECT_EQ(body.mass, 12.5f);
-  ASSERT_TRUE(body.inertia.has_value());
-  EXPECT_EQ(body.inertia->yy, 2.0f);
-  EXPECT_EQ(body.inertia->xy, 0.0f);
+  const BodyDef& heavy = scene.bodies[1];
+  EXPECT_EQ(heavy.motion, MotionType::dynamic);
+  EXPECT_EQ(heavy.mass, 12.5f);
+  ASSERT_TRUE(heavy.inertia.has_value());
+  EXPECT_EQ(heavy.inertia->yy, 2.0f);
+  EXPECT_EQ(heavy.inertia->xy, 0.0f);
   EXPECT_EQ(body.gravity_scale, -1.0f);
   EXPECT_EQ(body.linear_damping, 0.1f);
   EXPECT_EQ(body.angular_damping, 0.2f);
@@ -228,6 +233,11 @@ TEST(SceneFile, WrongKeysAreNamedWithTheNearestRightOne) {
       {body_with("") + "[wrold]\n", "scene.toml:4:2: unknown key 'wrold' in a scene; did you mean 'world'?"},
       {"[world]\ngravitation = [0, 0, 0]\n" + body_with(""),
        "scene.toml:2:1: unknown key 'gravitation' in [world]; did you mean 'gravity'?"},
+      // A word too many is nearer than another word of the same length.
+      {body_with("linear_velocity = [1, 0, 0]"),
+       "scene.toml:3:1: unknown key 'linear_velocity' in [[body]]; did you mean 'velocity'?"},
+      {body_with("damping = 1"), "scene.toml:3:1: unknown key 'damping' in [[body]]; did you mean 'linear_damping'?"},
+      {body_with("weight = 1"), "scene.toml:3:1: unknown key 'weight' in [[body]]; known: name, motion, "},
       {"[materials.ice]\nzzzzzz = 1\n" + body_with(""),
        "scene.toml:2:1: unknown key 'zzzzzz' in [materials.ice]; known: friction, restitution, friction_rule, "
        "restitution_rule, rolling_resistance, surface_velocity"},
@@ -283,7 +293,8 @@ TEST(SceneFile, NumbersOutOfRange) {
       {body_with("repeat = {count = [1000, 1000, 1000], spacing = [1, 1, 1]}"),
        "scene.toml:1:1: the world holds at most 16777216 bodies; repeat fewer"},
       {"[world]\ndt = 0\n" + body_with(""), "scene.toml:2:6: 'dt' must be greater than 0"},
-      {"[world]\nmax_bodies = 0\n" + body_with(""), "scene.toml:2:14: 'max_bodies' must be between 1 and 16777216"},
+      {"[world]\nmax_bodies = 0\n" + body_with(""),
+       "scene.toml:2:14: 'max_bodies' must be between 1 and 16777216, not 0"},
       {"[solver]\nsubsteps = 0\n" + body_with(""), "scene.toml:2:12: 'substeps' must be between 1 and 1000, not 0"},
       {"[simulator]\nsweep_axis = [0, 0, 0]\n" + body_with(""),
        "scene.toml:2:14: 'sweep_axis' has no length; one component must be greater than 0"},
@@ -313,10 +324,18 @@ TEST(SceneFile, WhatAWorldRefusesHasItsPlace) {
        "scene.toml:4:12: a static body has no 'velocity'; remove it, or write motion = \"kinematic\""},
       {body_with("motion = \"fixed\"\nangular_velocity = [0, 0, 1]"),
        "scene.toml:4:20: a static body has no 'angular_velocity'; remove it, or write motion = \"kinematic\""},
+      {body_with("motion = \"static\"\nmass = 3"),
+       "scene.toml:4:8: a static body has no 'mass'; remove it, or write motion = \"dynamic\""},
+      {body_with("density = 3\nmotion = \"fixed\""),
+       "scene.toml:3:11: a static body has no 'density'; remove it, or write motion = \"dynamic\""},
+      {body_with("motion = \"kinematic\"\ninertia = [1, 1, 1]"),
+       "scene.toml:4:11: a kinematic body has no 'inertia'; remove it, or write motion = \"dynamic\""},
       {"[world]\ndt = 10\n" + body_with(""),
-       "scene.toml:2:6: 'dt' must be between 1e-6 and 1 s, typically 1/60: 0.0166667"},
+       "scene.toml:2:6: 'dt' must be between 1e-6 and 1 s, not 10; typically 1/60: 0.0166667"},
       {"[world]\ndt = 1e-9\n" + body_with(""),
-       "scene.toml:2:6: 'dt' must be between 1e-6 and 1 s, typically 1/60: 0.0166667"},
+       "scene.toml:2:6: 'dt' must be between 1e-6 and 1 s, not 1e-09; typically 1/60: 0.0166667"},
+      {"[simulator]\ndevice = \"host\"\nkind = \"native\"\n" + body_with(""),
+       "scene.toml:2:10: 'device' is what the simulators device and hybrid run on; remove it or kind = \"native\""},
       {"[solver]\niterations = 1001\n" + body_with(""),
        "scene.toml:2:14: 'iterations' must be between 1 and 1000, not 1001"},
       {"[solver]\nmarking_rounds = 999\n" + body_with(""),

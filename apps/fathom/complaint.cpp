@@ -35,10 +35,17 @@ std::string full_name(const CLI::App& app) {
 
 std::string see_help(const CLI::App& app) { return fmt::format("see '{} --help'", full_name(app)); }
 
+/// An option without its dashes, in which every two options are alike.
+std::string_view without_dashes(std::string_view option) {
+  return option.substr(std::min(option.find_first_not_of('-'), option.size()));
+}
+
 std::string or_help(std::string_view word, const std::vector<std::string>& known, const CLI::App& app) {
-  const std::vector<std::string_view> views(known.begin(), known.end());
-  const std::string_view guess = nearest(word, views);
-  return guess.empty() ? see_help(app) : fmt::format("did you mean {}?", guess);
+  std::vector<std::string_view> names;
+  for (const std::string& each : known) names.push_back(without_dashes(each));
+  const std::string_view guess = nearest(without_dashes(word), names);
+  const auto meant = std::ranges::find(known, guess, without_dashes);
+  return guess.empty() || meant == known.end() ? see_help(app) : fmt::format("did you mean {}?", *meant);
 }
 
 std::string unknown_option(const std::string& word, const CLI::App& app) {

@@ -15,6 +15,13 @@
 namespace fathom::engine {
 namespace {
 
+/// The number that is wrong; nothing for other types, which the requirement rules out.
+std::string not_this(const toml::node& node) {
+  if (const toml::value<std::int64_t>* integer = node.as_integer()) return fmt::format(", not {}", integer->get());
+  if (const toml::value<double>* number = node.as_floating_point()) return fmt::format(", not {}", number->get());
+  return {};
+}
+
 // `At` is a generic lambda from settings to the value, so that one lambda serves both reading and writing.
 
 template <class At>
@@ -23,7 +30,7 @@ ConfigKey integer(std::string name, std::string help, std::int64_t least, std::i
           [=](Settings& s, const toml::node& node) {
             const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
             if (!value || *value < least || *value > most)
-              throw fmt::format("must be a whole number from {} to {}", least, most);
+              throw fmt::format("must be a whole number from {} to {}{}", least, most, not_this(node));
             at(s) = static_cast<std::decay_t<decltype(at(s))>>(*value);
           },
           [=](const Settings& s) { return fmt::format("{}", at(s)); }};
@@ -35,7 +42,7 @@ ConfigKey real(std::string name, std::string help, double least, double most, At
           [=](Settings& s, const toml::node& node) {
             const auto value = node.is_number() ? node.value<double>() : std::nullopt;
             if (!value || !(*value >= least && *value <= most))
-              throw fmt::format("must be a number from {} to {}", least, most);
+              throw fmt::format("must be a number from {} to {}{}", least, most, not_this(node));
             at(s) = static_cast<std::decay_t<decltype(at(s))>>(*value);
           },
           [=](const Settings& s) { return fmt::format("{}", at(s)); }};
@@ -48,7 +55,8 @@ ConfigKey amount(std::string name, std::string help, bool positive, At at) {
           [=](Settings& s, const toml::node& node) {
             const auto value = static_cast<float>(node.value<double>().value_or(-1));
             if (!node.is_number() || !std::isfinite(value) || !(positive ? value > 0 : value >= 0))
-              throw fmt::format("must be a finite number {}", positive ? "greater than 0" : "of at least 0");
+              throw fmt::format("must be a finite number {}{}", positive ? "greater than 0" : "of at least 0",
+                                not_this(node));
             at(s) = value;
           },
           [=](const Settings& s) { return fmt::format("{}", at(s)); }};

@@ -325,7 +325,17 @@ class BodyReader {
                    "a static body has no '" + std::string(key) + "'; remove it, or write motion = \"kinematic\"");
   }
 
+  /// Bodies that nothing can push have none of these: they would only seem to matter.
+  static void refuse_mass(const TomlTable& table, MotionType motion) {
+    if (motion == MotionType::dynamic) return;
+    const std::string name = motion == MotionType::kinematic ? "kinematic" : "static";
+    for (const char* key : {"mass", "density", "inertia"})
+      if (const toml::node* node = table.find(key))
+        table.fail(*node, "a " + name + " body has no '" + key + "'; remove it, or write motion = \"dynamic\"");
+  }
+
   static void read_mass(const TomlTable& table, BodyDef& body) {
+    refuse_mass(table, body.motion);
     if (table.has("mass") && table.has("density")) {
       table.fail(*table.find("density"), "a body has either 'mass' or 'density'; remove one");
     }

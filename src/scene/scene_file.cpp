@@ -25,6 +25,12 @@ constexpr std::array<std::pair<std::string_view, Preset>, 2> presets{
 constexpr std::array<std::pair<std::string_view, SimulatorKind>, 3> simulators{
     {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}};
 
+std::string written(float value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
 /// Calls `read` with a section of the file, if present.
 template <class Read>
 void read_section(const TomlTable& root, std::string_view key, std::initializer_list<std::string_view> known,
@@ -48,11 +54,13 @@ void read_world(const TomlTable& root, Scene& scene) {
     table.read("gravity", scene.world.gravity);
     table.read("dt", scene.world.dt, Range::positive);
     if (scene.world.dt < 1e-6f || scene.world.dt > 1)
-      table.fail(*table.find("dt"), "'dt' must be between 1e-6 and 1 s, typically 1/60: 0.0166667");
+      table.fail(*table.find("dt"),
+                 "'dt' must be between 1e-6 and 1 s, not " + written(scene.world.dt) + "; typically 1/60: 0.0166667");
     const std::uint32_t most = scene.world.max_bodies;
     table.read("max_bodies", scene.world.max_bodies);
     if (scene.world.max_bodies < 1 || scene.world.max_bodies > most) {
-      table.fail(*table.find("max_bodies"), "'max_bodies' must be between 1 and " + std::to_string(most));
+      table.fail(*table.find("max_bodies"), "'max_bodies' must be between 1 and " + std::to_string(most) + ", not " +
+                                                std::to_string(scene.world.max_bodies));
     }
     table.read("ground_height", scene.ground_height);
     note(table, scene, {{"gravity", "gravity"}, {"dt", "dt"}, {"max_bodies", "max_bodies"}});
@@ -109,6 +117,9 @@ void read_simulator(const TomlTable& root, Scene& scene) {
         Preset preset = Preset::fathom;
         table.read_choice<Preset>("preset", preset, presets);
         if (table.has("preset")) scene.preset = preset;
+        if (table.has("device") && table.has("kind") && world.simulator == SimulatorKind::native)
+          table.fail(*table.find("device"),
+                     "'device' is what the simulators device and hybrid run on; remove it or kind = \"native\"");
         note(table, scene, {{"kind", "kind"}, {"device", "device"}, {"ahead", "device_ahead"}});
         for (const char* key : {"preset", "threads", "broad_phase", "partition", "sweep_axis"})
           note(table, scene, {{key, key}});
