@@ -18,6 +18,7 @@ namespace fathom::cli_test {
 namespace {
 
 using nlohmann::json;
+using test::operator+;
 using test::Outcome;
 using test::Program;
 using test::read_text;
@@ -54,9 +55,33 @@ TEST_F(Program, ABugReportHasAllThatRepeatsTheRun) {
   const Outcome again = fathom({"bug-report", "-o", path("report")});
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_THAT(again.err, HasSubstr("report: is there already; give another name with -o"));
-  // A run that fails is what the report is about.
-  ASSERT_EQ(fathom({"bug-report", "nowhere.toml", "-o", path("failed"), "--quiet"}).exit_code, 0);
-  EXPECT_THAT(read_text(path("failed/report.txt")), HasSubstr("nowhere.toml: no such file"));
+}
+
+TEST_F(Program, ABugReportHasTheSceneThatIsRefusedButNoMistakeOfTheCommandLine) {
+  const std::pair<std::vector<std::string>, const char*> mistakes[] = {
+      {{"nowhere.toml"}, "nowhere.toml: no such file; give the path of a scene"},
+      {{"nowhere"}, "there is no environment 'nowhere'"},
+      {{"drift", "--config", "/nowhere/e.toml"}, "/nowhere/e.toml: cannot be read"},
+      {{"drift", "--seconds", "1e-9"}, "--seconds comes to less than one step"},
+      {{"drift", "--simulator", "native", "--device", "host"}, "leave it or --simulator native out"},
+      {{"--simulator", "native", "--device", "host"}, "leave it or --simulator native out"},
+      {{"--bodies", "3"}, "--bodies, --layers and --seed are those of an environment"},
+  };
+  for (const auto& [words, says] : mistakes) {
+    const Outcome outcome = fathom(test::Words{"bug-report", "-o", path("report")} + words);
+    EXPECT_EQ(outcome.exit_code, 2) << says;
+    EXPECT_THAT(outcome.err, HasSubstr(says));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_FALSE(fs::exists(path("report"))) << says;
+  }
+  // What is refused may be right.
+  std::ofstream(path("s.toml")) << "[[body]]\nshap = 3\n";
+  const Outcome refused = fathom({"bug-report", path("s.toml"), "-o", path("report"), "--quiet"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("s.toml:2:1: unknown key 'shap'"));
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  EXPECT_THAT(read_text(path("report/report.txt")), HasSubstr("The scene was refused:\n" + path("s.toml") + ":2:1:"));
+  EXPECT_EQ(read_text(path("report/s.toml")), "[[body]]\nshap = 3\n");
 }
 
 TEST_F(Program, ListsEnvironments) {
@@ -242,6 +267,9 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
        "there is no environment 'pyramids' (a scene file's name ends in .toml); did you mean 'pyramid'?"},
       {{"run", "nowhere.toml"}, "nowhere.toml: no such file"},
       {{"run", "drift", "--bodys", "3"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
+      {{"run", "drift", "--only", "x"}, "'fathom run' has no option --only; see 'fathom run --help'"},
+      {{"run", "drift", "--bogus"}, "'fathom run' has no option --bogus; see 'fathom run --help'"},
+      {{"run", "drift", "--no-sleep"}, "'fathom run' has no option --no-sleep; did you mean --sleep?"},
       {{"run", "drift", "--bodys=3"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
       {{"run", "--bodys", "3", "drift"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
       {{"run", "drift", "--zzz"}, "'fathom run' has no option --zzz; see 'fathom run --help'"},
@@ -261,6 +289,10 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--substeps", "1001"}, "must be a whole number from 1 to 1000, not 1001"},
       {{"run", "drift", "--simulator", "native", "--device", "host"},
        "--device is what the simulators device and hybrid run on; leave it or --simulator native out"},
+      {{"run", "drift", "--simulator", "native", "--set", "simulator.device=host"},
+       "--set simulator.device is what the simulators device and hybrid run on; leave it or --simulator native out"},
+      {{"run", "drift", "--set", "simulator.kind=native", "--device", "host"},
+       "--device is what the simulators device and hybrid run on; leave it or --set simulator.kind=native out"},
 #ifdef FATHOM_HAS_RENDER
       {{"render"}, "see 'fathom render --help'"},
       {{"render", "drift", "--vidio", "x"}, "'fathom render' has no option --vidio; did you mean --video?"},
@@ -283,6 +315,8 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"bench", "campain"}, "'fathom bench' has no subcommand campain; did you mean campaign?"},
       {{"bench", "campaign", "--rouds", "3"}, "'fathom bench campaign' has no option --rouds; did you mean --rounds?"},
       {{"bench", "peers", "--limit", "nan"}, "--limit must be a number of seconds from 0 to 1e9, not nan"},
+      {{"bench", "peers", "--bogus"}, "'fathom bench peers' has no option --bogus; see 'fathom bench peers --help'"},
+      {{"bench", "peers", "--threads", "0"}, "--threads: must be a whole number from 1 to 1024, not 0"},
       {{"bench", "compare", "/tmp", "/tmp"}, "/tmp: cannot be read (Is a directory); give files of"},
       {{"bench", "report"}, "see 'fathom bench report --help'"},
       {{"bench", "campaign", "--out", ""}, "--out: is empty; give it a value, or leave it out"},
@@ -313,17 +347,17 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "heap", "--bodies", "10"}, "leave --bodies and --layers out and try another --seed"},
       {{"run", "drift", "--seed", "3"}, "--seed says which heap it is; 'drift' has none"},
       {{"run", "heaps"}, "did you mean 'heap'?"},
-      {{"validate", "--only", "heaps", "--seeds", "0"}, "must be a whole number from 1, not 0"},
+      {{"validate", "--only", "heaps", "--seeds", "0"}, "must be a whole number from 1 to 1000000000, not 0"},
       {{"validate", "--only", "heaps", "--first", "x"}, "must be a whole number from 0, not x"},
       {{"validate", "--only", "free-fall", "--seeds", "3"}, "add --only heaps"},
-      {{"run", "drift", "--steps", "0"}, "must be a whole number from 1, not 0"},
+      {{"run", "drift", "--steps", "0"}, "must be a whole number from 1 to 1000000000, not 0"},
       {{"run", "drift", "--steps", "3", "--seconds", "3"}, "excludes"},
       {{"run", "drift", "--seconds", "nan"}, "must be a finite number greater than 0, not nan"},
       {{"run", "drift", "--seconds", "1e-9"}, "--seconds comes to less than one step"},
       {{"run", "drift", "--dt", "-1"}, "must be a finite number greater than 0, not -1"},
       {{"run", "drift", "--dt", "inf"}, "must be a finite number greater than 0, not inf"},
-      {{"run", "drift", "--substeps", "0"}, "must be a whole number from 1, not 0"},
-      {{"run", "drift", "--threads", "-1"}, "must be a whole number from 0, not -1"},
+      {{"run", "drift", "--substeps", "0"}, "must be a whole number from 1 to 1000, not 0"},
+      {{"run", "drift", "--threads", "-1"}, "must be a whole number from 0 to 1024, not -1"},
       {{"run", "drift", "--broad-phase", "grid"}, "must be sweep|tree, not grid"},
       {{"run", "drift", "--solver", "pgs"}, "must be impulse|soft, not pgs"},
       {{"run", "drift", "--sleep", "maybe"}, "must be off|on, not maybe"},
@@ -339,8 +373,9 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--json", "-", "--csv", "-"}, "cannot both go to stdout"},
       {{"run", FATHOM_SOURCE_DIR "/examples/scenes/shapes.toml", "--bodies", "3"}, "a scene file says itself"},
       {{"table", "/nowhere/x.json"}, "/nowhere/x.json: cannot be read"},
-      {{"replay", "/nowhere/run.fathom"}, "/nowhere/run.fathom: no such file"},
-      {{"replay", FATHOM_SOURCE_DIR "/README.md"}, "README.md: this is no recording of fathom"},
+      {{"replay", "/nowhere/run.fathom"}, "/nowhere/run.fathom: no such file, or it is empty; give the path of what"},
+      {{"replay", FATHOM_SOURCE_DIR "/README.md"},
+       "README.md: this is no recording of fathom; give the path of what 'fathom run --record FILE'"},
       {{"config", "--set", "simulator.treads=2"}, "did you mean 'simulator.threads'?"},
       {{"config", "--config", "/nowhere/e.toml"}, "/nowhere/e.toml: cannot be read"},
       {{"run", "drift", "--config", "/tmp"}, "/tmp: cannot be read (Is a directory); 'fathom config --write FILE'"},
@@ -373,7 +408,10 @@ TEST_F(Program, FaultyScenesAreRefusedWithTheirPlaceAndARemedy) {
       {body + "position = [inf, 0, 0]", "s.toml:3:13: 'position' must be finite"},
       {"[[body]]\nshape = {type = 'mesh'}", "s.toml:2:9: shape needs 'vertices': lists [x, y, z] of 'vertices' (m)"},
       {"[[body]]\nshape = {type = 'trimesh'}", "there is no shape of type 'trimesh'; take \"mesh\""},
-      {"[world]\ndt = 10\n" + body, "s.toml:2:6: 'dt' must be between 1e-6 and 1 s, typically 1/60"},
+      {"[world]\ndt = 10\n" + body, "s.toml:2:6: 'dt' must be between 1e-6 and 1 s, not 10; typically 1/60"},
+      {body + "motion = 'static'\nmass = 3", "s.toml:4:8: a static body has no 'mass'; remove it, or write motion ="},
+      {"[simulator]\nkind = 'native'\ndevice = 'host'\n" + body,
+       "s.toml:3:10: 'device' is what the simulators device and hybrid run on; remove it or kind = \"native\""},
       {body + "motion = 'sttic'", "s.toml:3:10: 'sttic' is no motion; did you mean 'static'?"},
       {"[wrld]\n" + body, "s.toml:1:2: unknown key 'wrld' in a scene; did you mean 'world'?"},
   };

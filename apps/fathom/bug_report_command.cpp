@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <filesystem>
+#include <fstream>
+#include <optional>
 
 #include "about.hpp"
 #include "commands.hpp"
@@ -45,14 +47,43 @@ class Folder {
   fs::path path_;
 };
 
-/// Runs the scene and records it; errors are written down, as the report may be about them.
-std::string run_text(const BugReportOptions& options, const Folder& folder) {
+/// What is run and recorded, or why it cannot be.
+struct Subject {
+  std::optional<Setup> setup;
+  std::uint64_t steps = steps_of_report;
+  std::string refusal;
+};
+
+bool can_be_read(const std::string& file) {
+  std::error_code failure;
+  return fs::is_regular_file(file, failure) && std::ifstream(file).is_open();
+}
+
+/// Throws `Error` if the command line is wrong. A scene file that is refused may be what the report is about.
+Subject subject_of(const RunOptions& run) {
+  Subject subject;
+  if (run.scene.empty()) {
+    make_config(run);
+    return subject;
+  }
   try {
-    Setup setup = make_setup(options.run);
+    subject.setup = make_setup(run);
+    if (run.steps || run.seconds) subject.steps = steps_to_run(run, subject.setup->scene.world);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::file || !can_be_read(run.scene)) throw;
+    subject.refusal = error.what();
+  }
+  return subject;
+}
+
+/// Runs the scene and records it; errors are written down, as the report may be about them.
+std::string run_text(const BugReportOptions& options, Subject& subject, const Folder& folder) {
+  if (!subject.setup) return fmt::format("The scene was refused:\n{}\n", subject.refusal);
+  try {
+    Setup& setup = *subject.setup;
     folder.write("config.toml", setup.config.text(true));
     choose_device(setup);
-    const std::uint64_t steps =
-        options.run.steps || options.run.seconds ? steps_to_run(options.run, setup.scene.world) : steps_of_report;
+    const std::uint64_t steps = subject.steps;
     Progress progress(steps, !options.run.quiet && stderr_is_terminal());
     const RunResult result = simulate(setup.scene, steps, {folder / "run.fathom", {}, {}},
                                       [&](const Profile& profile, double) { progress.update(profile.step); });
@@ -76,6 +107,7 @@ void copy_scene(const std::string& scene, const Folder& folder) {
 
 int bug_report(const BugReportOptions& options) {
   const InterruptGuard interrupt;
+  Subject subject = subject_of(options.run);
   const Folder folder(options.output);
   std::string text =
       fmt::format("What happened, and what did you expect?\n\n  (write it here)\n\nCommand: {}\n\n{}\n\n{}",
@@ -84,11 +116,13 @@ int bug_report(const BugReportOptions& options) {
   folder.write("report.txt", text);
   if (!options.run.scene.empty()) {
     copy_scene(options.run.scene, folder);
-    text += "\n" + run_text(options, folder);
+    text += "\n" + run_text(options, subject, folder);
     folder.write("report.txt", text);
   }
   if (!options.run.quiet)
     fmt::print("{}\nSay in it what happened, and send the whole folder.\n", folder / "report.txt");
+  // The report holds it too, but it may be a mistake in the scene.
+  if (!subject.refusal.empty()) throw Error(ErrorCode::file, subject.refusal);
   return InterruptGuard::requested() ? interrupted : finished;
 }
 
@@ -99,7 +133,8 @@ void declare_bug_report(CLI::App& command, BugReportOptions& options) {
   command.add_flag("--quiet", options.run.quiet, "No progress bar, no name of the folder");
   command.footer(
       "Writes version, hardware, configuration, scene, recording and figures into a new folder. Without a scene:\n"
-      "version and hardware. A run that ends with an error is written down, too. Examples:\n"
+      "version and hardware. A run that ends with an error and a scene file that is refused are written down, too.\n"
+      "Examples:\n"
       "  fathom bug-report\n"
       "  fathom bug-report my-scene.toml --steps 600 --simulator device -o report");
 }

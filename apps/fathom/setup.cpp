@@ -1,5 +1,7 @@
 #include "setup.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -115,6 +117,19 @@ engine::Config config_of(const RunOptions& options, const Scene& scene) {
   return config;
 }
 
+/// Throws `Error` if the command line names a device and the native simulator. Files and scenes may: what the command
+/// line says of the other takes precedence over them.
+void check_simulator(const engine::Config& config, const SimulatorOptions& options) {
+  const bool sets_kind = config.origin("simulator.kind") == "--set";
+  const bool sets_native = sets_kind && config->simulator.kind == SimulatorKind::native;
+  if (options.simulator ? *options.simulator != SimulatorKind::native : !sets_native) return;
+  if (!options.device && config.origin("simulator.device") != "--set") return;
+  throw Error(ErrorCode::invalid_argument,
+              fmt::format("{} is what the simulators device and hybrid run on; leave it or {} out",
+                          options.device ? "--device" : "--set simulator.device",
+                          options.simulator ? "--simulator native" : "--set simulator.kind=native"));
+}
+
 /// Options that the chosen algorithms do not read would only seem to work.
 void check_options(const RunOptions& options, const WorldDef& world) {
   const auto require = [](bool makes_sense, const char* complaint) {
@@ -134,12 +149,10 @@ void check_options(const RunOptions& options, const WorldDef& world) {
 }  // namespace
 
 void give_simulator(engine::Config& config, const SimulatorOptions& options) {
+  check_simulator(config, options);
   give(config, "simulator.kind", "--simulator", &Simulator::kind, options.simulator);
   give(config, "simulator.device", "--device", &Simulator::device, options.device);
   give(config, "simulator.threads", "--threads", &Simulator::threads, options.threads);
-  if (options.device && options.simulator == SimulatorKind::native)
-    throw Error(ErrorCode::invalid_argument,
-                "--device is what the simulators device and hybrid run on; leave it or --simulator native out");
   exec::parse_device(config->simulator.device);
   // Naming a device or simulator rules out a fallback.
   if (options.device || options.simulator)

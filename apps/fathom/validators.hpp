@@ -44,17 +44,15 @@ inline CLI::Validator any_whole_number() {
       "");
 }
 
-/// A whole number of at least `least`. The message names the limit that was exceeded.
+/// A whole number of at least `least`. The message names both limits.
 inline CLI::Validator whole_number(std::int64_t least, std::int64_t most = std::numeric_limits<std::int64_t>::max()) {
   return CLI::Validator(
       [least, most](std::string& text) -> std::string {
         std::int64_t value = 0;
-        const bool read = CLI::detail::lexical_cast(text, value);
-        if (read && value >= least && value <= most) return {};
+        if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
         const bool limited = most < std::numeric_limits<std::int64_t>::max();
-        const bool passes_most = limited && (!read || value > most);
-        return "must be a whole number from " + std::to_string(least) +
-               (passes_most ? " to " + std::to_string(most) : std::string()) + ", not " + text;
+        return fmt::format("must be a whole number from {}{}, not {}", least,
+                           limited ? fmt::format(" to {}", most) : std::string(), text);
       },
       "");
 }

@@ -23,6 +23,10 @@ RunOptions chosen(RunOptions options, const viewer::Choice& choice, const viewer
   options.simulator.simulator = choice.simulator;
   options.simulator.device.reset();
   if (!choice.device.empty()) options.simulator.device = choice.device;
+  if (choice.simulator != first.simulator || choice.device != first.device)
+    std::erase_if(options.config.sets, [](const std::string& set) {
+      return set.starts_with("simulator.kind=") || set.starts_with("simulator.device=");
+    });
   options.simulator.threads = choice.threads;
   options.substeps = choice.substeps;
   options.solver = choice.solver;

@@ -48,27 +48,38 @@ void show_progress(int round, int rounds, const Result& next) {
   last_round = round;
 }
 
+/// CLI11's own check shows its limits in the help, where no other option does.
+CLI::Validator whole_number_between(int least, int most) {
+  return CLI::Validator(
+      [least, most](std::string& text) -> std::string {
+        int value = 0;
+        if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
+        return fmt::format("must be a whole number from {} to {}, not {}", least, most, text);
+      },
+      "");
+}
+
 }  // namespace
 
 void declare(CLI::App& app, Options& options) {
   app.add_option("--scenes", options.scenes,
-                 "Environments and sizes, pyramid in layers, the others in bodies; @ and a number in place of --steps "
-                 "(all four at 100, 1,000 and 10,000 bodies)")
+                 "Environments with sizes, as in drift:1000,pyramid:15@200: of pyramid in layers, else in\n"
+                 "bodies; after @ the steps (all four of 100, 1,000 and 10,000 bodies)")
       ->delimiter(',')
-      ->type_name("NAME:SIZE[@STEPS],…");
-  app.add_option("--engines", options.engines, "Which engines (all of this build)")
+      ->type_name("LIST");
+  app.add_option("--engines", options.engines, "Which engines, as in fathom,bullet (all of this build)")
       ->delimiter(',')
-      ->type_name("NAME,…");
+      ->type_name("LIST");
   app.add_option("--threads", options.threads, "Numbers of threads to run with (1,2)")
       ->delimiter(',')
-      ->type_name("N,…")
-      ->check(CLI::Range(1, 1024));
-  app.add_option("--steps", options.steps, "Steps a run (600; quick: 200)")
+      ->type_name("LIST")
+      ->check(whole_number_between(1, 1024));
+  app.add_option("--steps", options.steps, "Steps per run (600; quick: 200)")
       ->type_name("N")
-      ->check(CLI::Range(1, 1000000));
+      ->check(whole_number_between(1, 1'000'000));
   app.add_option("--rounds", options.rounds, "Times that everything runs (3)")
       ->type_name("N")
-      ->check(CLI::Range(1, 1000));
+      ->check(whole_number_between(1, 1000));
   app.add_flag("--quick", options.quick, "A minute's worth: about 1,000 bodies of each environment");
   app.add_option("--limit", options.limit, "Time of a run's steps after which it is cut short (s; 60)")->type_name("S");
   app.add_option("--json", options.json, "Write the figures as JSON")->type_name("FILE");
@@ -76,11 +87,12 @@ void declare(CLI::App& app, Options& options) {
   app.footer([] {
     std::string built;
     for (const EngineKind& engine : engines()) built += fmt::format(" {} ({})", engine.name, engine.version);
-    return "Engines here:" + built +
-           "\nOthers are built in where CMake finds them. Each runs with its own defaults, sleeping "
-           "and damping off.\nExit code: 0 all is well; 1 an engine lost a body or a state was not finite; 2 the "
-           "request is wrong.";
+    return "Engines here:" + built;
   });
+  app.footer(
+      "Others are built in where CMake finds them. Each runs with its own defaults, sleeping and damping off.\n"
+      "Exit code: 0 all is well; 1 an engine lost a body or a state was not finite; 2 the request is wrong;\n"
+      "130 Ctrl-C, earlier results are unchanged.");
 }
 
 void check(const Options& options) {

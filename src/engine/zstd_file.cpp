@@ -106,11 +106,12 @@ ZstdReader::ZstdReader(std::string path, const FileKind& kind) : state_(std::mak
   state_->path = std::move(path);
   state_->file.open(state_->path, std::ios::binary);
   std::ifstream& file = state_->file;
-  if (!file || file.peek() == std::ifstream::traits_type::eof()) fail("no such file, or it is empty");
+  if (!file || file.peek() == std::ifstream::traits_type::eof())
+    fail(std::string("no such file, or it is empty; ") + kind.remedy);
   Head head;
   file.read(reinterpret_cast<char*>(&head), sizeof head);
   if (file.gcount() < static_cast<std::streamsize>(sizeof head) || head.magic != kind.magic)
-    fail(std::string("this is no ") + kind.what + " of fathom");
+    fail(std::string("this is no ") + kind.what + " of fathom; " + kind.remedy);
   if (head.version != kind.version)
     fail("it has format version " + std::to_string(head.version) + ", this build reads version " +
          std::to_string(kind.version) + "; use the build that wrote it");

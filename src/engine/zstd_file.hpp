@@ -13,7 +13,8 @@ namespace fathom::engine {
 struct FileKind {
   std::uint64_t magic;
   std::uint32_t version;
-  const char* what;  ///< "recording", in error messages
+  const char* what;    ///< "recording", in error messages
+  const char* remedy;  ///< where one comes from
 };
 
 /// Every function throws `Error{file}` if the file cannot be written.
