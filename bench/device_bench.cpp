@@ -48,7 +48,8 @@ struct Run {
 Run parse_run(const std::string& text) {
   Run run;
   const std::size_t first = text.find(':');
-  if (first == std::string::npos) throw Error(ErrorCode::invalid_argument, "'" + text + "' is no scene:size[:steps]");
+  if (first == std::string::npos)
+    throw Error(ErrorCode::invalid_argument, "'" + text + "' is not a scene:size[:steps]");
   const std::size_t second = text.find(':', first + 1);
   run.name = text.substr(0, first);
   run.size = std::atoll(text.substr(first + 1, second - first - 1).c_str());

@@ -113,7 +113,7 @@ Scene scene_of(const std::string& text) {
   const std::size_t colon = text.find(':');
   const Environment* environment = find_environment(text.substr(0, colon));
   const std::int64_t size = colon == std::string::npos ? 0 : std::atoll(text.c_str() + colon + 1);
-  if (!environment || size < 1) throw Error(ErrorCode::invalid_argument, "'" + text + "' is no scene:size");
+  if (!environment || size < 1) throw Error(ErrorCode::invalid_argument, "'" + text + "' is not a scene:size");
   return environment->name == "pyramid" ? pyramid(size) : environment->make(size);
 }
 

@@ -85,7 +85,7 @@ TEST(CampaignCrossover, LiesWhereTheTimesAreEqual) {
   EXPECT_THAT(found->bodies, DoubleNear(1000, 1e-6));
   EXPECT_EQ(found->text(), "≈ 1,000");
   EXPECT_EQ(crossover({{100, 2, 1}, {1000, 2, 1}})->text(), "100 and fewer");
-  EXPECT_EQ(crossover({{100, 1, 2}, {1000, 1, 2}})->text(), "not up to 1,000");
+  EXPECT_EQ(crossover({{100, 1, 2}, {1000, 1, 2}})->text(), "none up to 1,000");
   EXPECT_FALSE(crossover({}));
 }
 

@@ -131,7 +131,7 @@ TEST_F(ProgramFiles, WhatGoesToStdoutIsAloneThere) {
       const Outcome outcome = write(writer, out);
       EXPECT_EQ(outcome.exit_code, 0) << name(writer) << outcome.err;
       EXPECT_THAT(outcome.out, testing::StartsWith(writer.says)) << name(writer);
-      for (const char* other : {"  state hash  ", "pass  ", "Milliseconds a step"})
+      for (const char* other : {"  state hash  ", "pass  ", "Milliseconds per step"})
         EXPECT_EQ(outcome.out.find(other), std::string::npos) << name(writer) << ", " << other;
       EXPECT_TRUE(writer.says != "{" || json::accept(outcome.out)) << name(writer);
       EXPECT_THAT(left(), ElementsAre()) << name(writer);
@@ -336,7 +336,7 @@ TEST_F(ProgramFiles, CampaignsInOneFolderDoNotMix) {
   kill(first, SIGINT);
   EXPECT_EQ(finish(first).exit_code, 130);
   expect_one_line(fathom({"bench", "campaign", "--resume", "--out", path("nosuch")}),
-                  "nosuch: holds no campaign to continue; leave --resume out to begin one", "nosuch");
+                  "nosuch: has no campaign to continue; leave --resume out to start one", "nosuch");
   EXPECT_FALSE(fs::exists(path("nosuch")));
 }
 

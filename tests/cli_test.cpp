@@ -54,7 +54,7 @@ TEST_F(Program, ABugReportHasAllThatRepeatsTheRun) {
 
   const Outcome again = fathom({"bug-report", "-o", path("report")});
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.err, HasSubstr("report: is there already; give another name with -o"));
+  EXPECT_THAT(again.err, HasSubstr("report: exists already; give another name with -o"));
 }
 
 TEST_F(Program, ABugReportHasTheSceneThatIsRefusedButNoMistakeOfTheCommandLine) {
@@ -375,7 +375,7 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"table", "/nowhere/x.json"}, "/nowhere/x.json: cannot be read"},
       {{"replay", "/nowhere/run.fathom"}, "/nowhere/run.fathom: no such file, or it is empty; give the path of what"},
       {{"replay", FATHOM_SOURCE_DIR "/README.md"},
-       "README.md: this is no recording of fathom; give the path of what 'fathom run --record FILE'"},
+       "README.md: this is not a recording of fathom; give the path of what 'fathom run --record FILE'"},
       {{"config", "--set", "simulator.treads=2"}, "did you mean 'simulator.threads'?"},
       {{"config", "--config", "/nowhere/e.toml"}, "/nowhere/e.toml: cannot be read"},
       {{"run", "drift", "--config", "/tmp"}, "/tmp: cannot be read (Is a directory); 'fathom config --write FILE'"},
@@ -412,7 +412,7 @@ TEST_F(Program, FaultyScenesAreRefusedWithTheirPlaceAndARemedy) {
       {body + "motion = 'static'\nmass = 3", "s.toml:4:8: a static body has no 'mass'; remove it, or write motion ="},
       {"[simulator]\nkind = 'native'\ndevice = 'host'\n" + body,
        "s.toml:3:10: 'device' is what the simulators device and hybrid run on; remove it or kind = \"native\""},
-      {body + "motion = 'sttic'", "s.toml:3:10: 'sttic' is no motion; did you mean 'static'?"},
+      {body + "motion = 'sttic'", "s.toml:3:10: 'sttic' is not a valid motion; did you mean 'static'?"},
       {"[wrld]\n" + body, "s.toml:1:2: unknown key 'wrld' in a scene; did you mean 'world'?"},
   };
   for (const auto& [text, says] : scenes) {
@@ -429,7 +429,7 @@ TEST_F(Program, FaultyScenesAreRefusedWithTheirPlaceAndARemedy) {
 TEST_F(Program, FaultyResultsAreRefused) {
   std::ofstream(path("empty.json")) << "{}";
   std::ofstream(path("text.json")) << "hello";
-  EXPECT_THAT(fathom({"table", path("empty.json")}).err, HasSubstr("is no result of 'fathom run --json'"));
+  EXPECT_THAT(fathom({"table", path("empty.json")}).err, HasSubstr("is not a result of 'fathom run --json'"));
   EXPECT_THAT(fathom({"table", path("text.json")}).err, HasSubstr("is not JSON"));
 }
 

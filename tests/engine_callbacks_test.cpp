@@ -161,7 +161,7 @@ TEST(EngineCallbacks, TheLogSaysWhatElseWasThrown) {
   EXPECT_THROW(engine.frame(), std::runtime_error);
   engine.log().flush();
   EXPECT_THAT(read_text(folder / "log"), HasSubstr("frame 1: second"));
-  EXPECT_THAT(read_text(folder / "log"), HasSubstr("frame 1: an exception that is no std::exception"));
+  EXPECT_THAT(read_text(folder / "log"), HasSubstr("frame 1: an exception that is not a std::exception"));
 }
 
 TEST(EngineCallbacks, TheLoopIsNotEnteredTwice) {

@@ -95,7 +95,7 @@ TEST(EngineConfig, BadAssignmentsAreRefused) {
   const Bad assignments[] = {
       {"simulator.threads", "write it as key=value"},
       {"=4", "write it as key=value"},
-      {"window.title=\xff", "the text is no UTF-8"},
+      {"window.title=\xff", "the text is not UTF-8"},
       {"simulator.thread=4", "did you mean 'simulator.threads'?"},
       {"simulator.threads=many", "must be a whole number"},
       {"simulator.threads=", "must be a whole number"},

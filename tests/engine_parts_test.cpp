@@ -189,7 +189,7 @@ TEST(EngineInput, TapesAreStoredAndPlayedBack) {
   std::ofstream(folder / "short") << "fathom input 1\n1 0 65\n";
   EXPECT_THAT(refusal([&] { InputTape::load(folder / "short"); }), HasSubstr("short:2: an event is six numbers"));
   std::ofstream(folder / "other") << "hello\n";
-  EXPECT_THAT(refusal([&] { InputTape::load(folder / "other"); }), HasSubstr("no input tape"));
+  EXPECT_THAT(refusal([&] { InputTape::load(folder / "other"); }), HasSubstr("not an input tape"));
 }
 
 // --- log and data ------------------------------------------------------------------------------------------------

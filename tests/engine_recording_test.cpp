@@ -351,8 +351,8 @@ TEST(EngineRecording, DamagedFilesAreRefused) {
   };
   EXPECT_EQ(with(good), "");
   EXPECT_THAT(with(""), HasSubstr("it is empty"));
-  EXPECT_THAT(with("hello, this is not a recording at all"), HasSubstr("this is no recording of fathom"));
-  EXPECT_THAT(with(good.substr(0, 20)), HasSubstr("this is no recording of fathom"));
+  EXPECT_THAT(with("hello, this is not a recording at all"), HasSubstr("this is not a recording of fathom"));
+  EXPECT_THAT(with(good.substr(0, 20)), HasSubstr("this is not a recording of fathom"));
   EXPECT_THAT(with(good.substr(0, 32)), HasSubstr("it is truncated: 0 of"));
   EXPECT_THAT(with(good.substr(0, good.size() / 2)), HasSubstr("it is truncated"));
   EXPECT_THAT(with(good.substr(0, good.size() - 1)), HasSubstr("it is truncated"));

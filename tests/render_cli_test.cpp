@@ -233,7 +233,7 @@ TEST_F(Pictures, BadRequestsAreOneLineAndExitCode2) {
       {"fathom view drift --overlay points", "'fathom view' has no option --overlay; did you mean --overlays?"},
       {drift + "--at 1 --look night", "must be daylight|water, not night"},
       {drift + "--at 1 --colour mood", "must be island|speed|start, not mood"},
-      {drift + "--at 1 -o file/shots", "the folder cannot be made"},
+      {drift + "--at 1 -o file/shots", "the folder cannot be created"},
       {drift + "--at 1,2 -o one.png", "is one picture, but --at asks for 2"},
       {drift + "--web /nowhere/page.html", "/nowhere/page.html: cannot be written"},
       {drift + "--video /nowhere/film.mp4", "/nowhere/film.mp4: cannot be written"},

@@ -58,7 +58,7 @@ TEST(SceneCompounds, MistakesHaveTheirPlace) {
   EXPECT_NE(error_of(scene_with("{shape = \"blok\"}", "[shapes.block]\ntype = \"box\"\nhalf_extents = [1, 1, 1]\n"))
                 .find("scene.toml:3:22: there is no [shapes.blok]; did you mean 'block'?"),
             std::string::npos);
-  EXPECT_NE(error_of(scene_with("{shape = \"thing\"}")).find("a child is one convex shape, no compound"),
+  EXPECT_NE(error_of(scene_with("{shape = \"thing\"}")).find("a child is one convex shape, not a compound"),
             std::string::npos);
   EXPECT_NE(
       error_of(scene_with(std::string(ball) + ", {shape = {type = \"sphere\", radius = -1}}")).find("scene.toml:3"),

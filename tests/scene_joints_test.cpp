@@ -273,7 +273,7 @@ TEST(SceneJoints, JointMistakes) {
       {joint_with(pair + "point = [0, 0, 0]\nrepeat = 0"),
        "scene.toml:21:10: 'repeat' must be between 1 and 2147483647, not 0"},
       {joint_with(pair + "point = [0, 0, 0]\nrepeat = 2"),
-       "scene.toml:21:10: 'repeat' counts a body's number up; name one like 'plank.0' as 'a' or 'b'"},
+       "scene.toml:21:10: 'repeat' increases a body's number; name one like 'plank.0' as 'a' or 'b'"},
       {joint_with("a = \"link.0\"\nb = \"link.1\"\npoint = [0, 0, 0]\nrepeat = 3"),
        "scene.toml:21:10: 'repeat' comes to 'link.3', and no [[body]] is named so"},
       {joint_with("a = \"link.1\"\nb = \"link.0\"\npoint = [0, 0, 0]\nrepeat = 3"),
@@ -282,9 +282,11 @@ TEST(SceneJoints, JointMistakes) {
        "scene.toml:16:1: [[joint]] needs 'type': write type = \"ball\", \"fixed\", \"revolute\", \"prismatic\", "
        "\"universal\", \"wheel\", \"distance\", \"generic\", \"gear\", \"rack\", \"pulley\" or \"target\""},
       {jointed + "[[joint]]\ntype = \"hinge\"\n",
-       "scene.toml:17:8: 'hinge' is no type; known: ball, fixed, revolute, prismatic, universal, wheel, distance, "
+       "scene.toml:17:8: 'hinge' is not a valid type; known: ball, fixed, revolute, prismatic, universal, wheel, "
+       "distance, "
        "generic, gear, rack, pulley, target"},
-      {jointed + "[[joint]]\ntype = \"revolut\"\n", "scene.toml:17:8: 'revolut' is no type; did you mean 'revolute'?"},
+      {jointed + "[[joint]]\ntype = \"revolut\"\n",
+       "scene.toml:17:8: 'revolut' is not a valid type; did you mean 'revolute'?"},
       {jointed + "[joint]\ntype = \"ball\"\n",
        "scene.toml:16:1: write [[joint]] with two brackets: there may be several"},
       {jointed + "[[body]]\nname = \"still\"\nmotion = \"static\"\nshape = {type = \"sphere\", radius = 1}\n"

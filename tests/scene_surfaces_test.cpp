@@ -285,12 +285,12 @@ TEST_F(SceneSurfaces, MistakesInObjFiles) {
       {corners + "f 1 2 /3\n", "ground.obj:4: the corner '/3' begins with no whole number; a polygon is 'f 1 2 3'"},
       {corners + "f 1 2\n", "ground.obj:4: a polygon has at least 3 corners, not 2; remove the line"},
       {corners + "f\n", "ground.obj:4: a polygon has at least 3 corners, not 0; remove the line"},
-      {"v 0 0\n", "ground.obj:1: a vertex is 'v x y z', three numbers; '' is none that a float holds"},
-      {"v 0 0 up\n", "ground.obj:1: a vertex is 'v x y z', three numbers; 'up' is none that a float holds"},
-      {"v 0 0 1e99\n", "ground.obj:1: a vertex is 'v x y z', three numbers; '1e99' is none that a float holds"},
-      {"\r\nv 0 0 0,5\r\n", "ground.obj:2: a vertex is 'v x y z', three numbers; '0,5' is none that a float holds"},
-      {"v 0 0 nan\n", "ground.obj:1: the vertex is not finite; export the mesh anew"},
-      {"v 0 0 -inf\n", "ground.obj:1: the vertex is not finite; export the mesh anew"},
+      {"v 0 0\n", "ground.obj:1: a vertex is 'v x y z', three numbers; '' does not fit a float"},
+      {"v 0 0 up\n", "ground.obj:1: a vertex is 'v x y z', three numbers; 'up' does not fit a float"},
+      {"v 0 0 1e99\n", "ground.obj:1: a vertex is 'v x y z', three numbers; '1e99' does not fit a float"},
+      {"\r\nv 0 0 0,5\r\n", "ground.obj:2: a vertex is 'v x y z', three numbers; '0,5' does not fit a float"},
+      {"v 0 0 nan\n", "ground.obj:1: the vertex is not finite; export the mesh again"},
+      {"v 0 0 -inf\n", "ground.obj:1: the vertex is not finite; export the mesh again"},
       {corners + "f 1 1 2\n", "scene.toml:1:1: [shapes.ground]: fathom::mesh: "},
   };
   for (const Mistake& mistake : mistakes) {
@@ -363,7 +363,7 @@ TEST_F(SceneSurfaces, MistakesInPictures) {
   const std::string head =
       "ground.pgm: has a head that makes no sense; it is 'P5', width, height and the value of "
       "white, at most 65535";
-  const std::string kind = "ground.pgm: is no binary grey picture; save it as PGM (P5) with 8 or 16 bits a pixel";
+  const std::string kind = "ground.pgm: is not a binary grey picture; save it as PGM (P5) with 8 or 16 bits per pixel";
   const Mistake mistakes[] = {
       {"", kind},
       {"P2\n2 2\n255\n1 2 3 4\n", kind},

@@ -358,11 +358,11 @@ TEST(SceneFile, ShapesThatThereAreNoneOfNameWhatToTake) {
 
 TEST(SceneFile, WrongChoicesReferencesAndOmissions) {
   const Mistake mistakes[] = {
-      {body_with("motion = \"dinamic\""), "scene.toml:3:10: 'dinamic' is no motion; did you mean 'dynamic'?"},
+      {body_with("motion = \"dinamic\""), "scene.toml:3:10: 'dinamic' is not a valid motion; did you mean 'dynamic'?"},
       {"[simulator]\nkind = \"gpu\"\n" + body_with(""),
-       "scene.toml:2:8: 'gpu' is no kind; known: native, device, hybrid"},
+       "scene.toml:2:8: 'gpu' is not a valid kind; known: native, device, hybrid"},
       {"[simulator]\nbroad_phase = \"seep\"\n" + body_with(""),
-       "scene.toml:2:15: 'seep' is no broad_phase; did you mean 'sweep'?"},
+       "scene.toml:2:15: 'seep' is not a valid broad_phase; did you mean 'sweep'?"},
       {"[materials.ice]\n" + body_with("material = \"icy\""),
        "scene.toml:4:12: there is no [materials.icy]; did you mean 'ice'?"},
       {body_with("material = \"ice\""),

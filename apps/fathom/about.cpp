@@ -8,6 +8,7 @@
 #include "build_info.hpp"
 #include "exec/devices.hpp"
 #include "exec/error.hpp"
+#include "measure/counted.hpp"
 #include "measure/system.hpp"
 
 namespace fathom::cli {
@@ -49,8 +50,8 @@ std::string version_text() {
 
 std::string machine_text() {
   std::string text =
-      fmt::format("system     {}\nprocessor  {}, {} threads\nmemory     {}\n", system_name(), processor_name(),
-                  std::thread::hardware_concurrency(), exec::bytes_text(machine_memory()));
+      fmt::format("system     {}\nprocessor  {}, {}\nmemory     {}\n", system_name(), processor_name(),
+                  counted(std::thread::hardware_concurrency(), "thread"), exec::bytes_text(machine_memory()));
   for (const exec::DeviceInfo& device : exec::list_devices())
     text += fmt::format("device     {}\n", device_line(device));
   return text;

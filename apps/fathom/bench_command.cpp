@@ -69,7 +69,7 @@ int campaign_command(CampaignOptions options) {
   const Campaign made = store.load();
   fmt::print("{}\n", write_report(store));
   if (!complete) {
-    tell(fmt::format("fathom: {} of {} runs are made; continue with --resume\n", made.runs.size(), made.planned));
+    tell(fmt::format("fathom: {} of {} runs are done; continue with --resume\n", made.runs.size(), made.planned));
     return interrupted;
   }
   const auto refused = std::ranges::count_if(made.runs, [](const Measurement& run) { return !run.refused.empty(); });

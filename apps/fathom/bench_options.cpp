@@ -17,17 +17,17 @@ void declare_campaign(CLI::App& command, CampaignOptions& options) {
   };
   CLI::Option* quick = form("--quick", Form::quick, "A few minutes on two cores (the default)");
   CLI::Option* full = form("--full", Form::full, "Every size, number of threads, device and set of algorithms");
-  CLI::Option* huge = form("--huge", Form::huge, "And 100,000 to 1,000,000 bodies");
+  CLI::Option* huge = form("--huge", Form::huge, "Like --full, and 100,000 to 1,000,000 bodies");
   full->excludes(quick);
   huge->excludes(quick)->excludes(full);
   command.add_option("--out", options.out, "Folder for figures and report (fathom-campaign)")->type_name("DIR");
-  command.add_flag("--resume", settings.resume, "Go on with the campaign that the folder holds");
-  command.add_option("--only", settings.only, "Runs whose names hold this text, as in layers-1000-native-2t-fathom")
+  command.add_flag("--resume", settings.resume, "Continue the campaign in the folder");
+  command.add_option("--only", settings.only, "Runs whose names contain this text, as in layers-1000-native-2t-fathom")
       ->type_name("TEXT");
-  command.add_option("--rounds", settings.rounds, "Times that everything runs (1)")
+  command.add_option("--rounds", settings.rounds, "How many times everything runs (1)")
       ->type_name("N")
       ->check(whole_number(1, 1000));
-  command.add_option("--steps", settings.limits.steps, "Steps a run (1800, 30 s as published)")
+  command.add_option("--steps", settings.limits.steps, "Steps per run (1800, 30 s as published)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command
@@ -37,9 +37,9 @@ void declare_campaign(CLI::App& command, CampaignOptions& options) {
       ->check(positive_number());
   command.add_flag("--quiet", options.quiet, "No progress");
   command.footer(
-      "Repeats chapter 4 of the dissertation on this machine and writes campaign.json, campaign.csv, a row a step in\n"
-      "runs/, pictures, and report.html beside the published figures. Ctrl-C keeps the runs that ended: --resume goes "
-      "on.\n"
+      "Repeats chapter 4 of the dissertation on this machine and writes campaign.json, campaign.csv, a row per step\n"
+      "in runs/, pictures, and report.html with the published figures for comparison. Ctrl-C keeps the runs that\n"
+      "ended: --resume continues.\n"
       "Exit code: 0 all runs are reported; 1 a run was refused (states not finite, exploded); 2 the request is wrong;\n"
       "130 interrupted.");
 }
@@ -55,14 +55,11 @@ void declare_compare(CLI::App& command, CompareOptions& options) {
       ->type_name("SHARE")
       ->check(positive_number());
   command.footer(
-      "A ratio is slower or faster where its 95 % confidence interval leaves out 1. The interval comes from the steps "
-      "of\n"
-      "a run, second by second, and from how rounds differ (--rounds of campaign and peers). Instruction counts are "
-      "held\n"
-      "against the tolerance in A.json. Runs of different lengths are compared over the seconds that both have, or not "
-      "at\n"
-      "all. Exit code: 0 nothing got worse; 1 something got slower or less stable; 2 the request is wrong, or nothing "
-      "can\n"
+      "A ratio is slower or faster where its 95 % confidence interval does not contain 1. The interval comes from\n"
+      "the steps of a run, second by second, and from how rounds differ (--rounds of campaign and peers). Instruction\n"
+      "counts are compared with the tolerance in A.json. Runs of different lengths are compared over the seconds that\n"
+      "both have, or not at all.\n"
+      "Exit code: 0 nothing got worse; 1 something got slower or less stable; 2 the request is wrong, or nothing can\n"
       "be compared.");
 }
 
@@ -74,17 +71,17 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
   CLI::App* campaign = command.add_subcommand("campaign", "Repeat the published experiment and write its report");
   declare_campaign(*campaign, options.campaign);
   options.campaign_command = campaign;
-  CLI::App* peers = command.add_subcommand("peers", "Set Fathom beside other engines on the same scenes");
+  CLI::App* peers = command.add_subcommand("peers", "Compare Fathom with other engines on the same scenes");
   peers
       ->add_option("--out", options.peers.out,
                    "Folder for peers.json and the report, unless --json names a file (fathom-campaign)")
       ->type_name("DIR");
   peers::declare(*peers, options.peers.peers);
   options.peers_command = peers;
-  CLI::App* compare = command.add_subcommand("compare", "Say what got slower or less stable between two results");
+  CLI::App* compare = command.add_subcommand("compare", "Report what got slower or less stable between two results");
   declare_compare(*compare, options.compare);
   options.compare_command = compare;
-  CLI::App* report = command.add_subcommand("report", "Write the report of a campaign's folder anew");
+  CLI::App* report = command.add_subcommand("report", "Write the report of a campaign's folder again");
   report->add_option("folder", options.report_folder, "What 'fathom bench campaign' wrote")
       ->required()
       ->type_name("DIR");

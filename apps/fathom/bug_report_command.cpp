@@ -30,10 +30,10 @@ class Folder {
   explicit Folder(const std::string& path) : path_(path) {
     std::error_code failure;
     if (fs::exists(path_, failure) && !(fs::is_directory(path_, failure) && fs::is_empty(path_, failure)))
-      throw Error(ErrorCode::file, path + ": is there already; give another name with -o");
+      throw Error(ErrorCode::file, path + ": exists already; give another name with -o");
     fs::create_directories(path_, failure);
     if (failure || !fs::is_directory(path_))
-      throw Error(ErrorCode::file, path + ": the folder cannot be made; check its name and permissions");
+      throw Error(ErrorCode::file, path + ": the folder cannot be created; check its name and permissions");
   }
 
   std::string operator/(const std::string& name) const { return (path_ / name).string(); }

@@ -35,12 +35,13 @@ void declare_replay(CLI::App& command, ReplayOptions& options) {
   command.add_option("file", options.file, "A recording written by 'fathom run --record' or by an engine")
       ->required()
       ->type_name("FILE");
-  command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
+  command.add_option("--threads", options.threads, "Threads, 0 for one per core (0)")
       ->type_name("N")
       ->check(whole_number(0, 1024));
   command.add_option("--device", options.device, "Device of a run of the device simulator (auto)")->type_name("DEVICE");
-  command.add_flag("--quiet", options.quiet, "Say nothing where nothing differs");
-  command.footer("Exit code: 0 every step came out as recorded; 1 a step did not; 2 the file is no sound recording.");
+  command.add_flag("--quiet", options.quiet, "Print nothing unless something differs");
+  command.footer(
+      "Exit code: 0 every step came out as recorded; 1 a step did not; 2 the file is not a valid recording.");
 }
 
 int config(const ConfigOptions& options) {

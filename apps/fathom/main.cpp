@@ -68,7 +68,7 @@ class Program {
     app_.set_version_flag("--version", version_text());
     app_.require_subcommand(1);
     app_.get_formatter()->column_width(36);
-    add("list", "Say which environments, simulators and solvers there are", list);
+    add("list", "List environments, simulators and solvers", list);
     add("devices", "List the processors and GPUs of this machine, and why one cannot be used", devices);
     add("run", "Simulate an environment or a scene file and print its figures", declare_run, run);
     add("play", "Run a scene inside the engine's main loop, headless or in a window", declare_play, play);
@@ -81,7 +81,7 @@ class Program {
     add("view", "Show a run in a window", declare_view, view);
 #endif
 #ifdef FATHOM_HAS_BENCH
-    add("bench", "Repeat the published experiment, set other engines beside it, compare results", declare_bench, bench);
+    add("bench", "Repeat the published experiment, measure other engines, compare results", declare_bench, bench);
 #endif
     add("config", "Print the engine's configuration and where it comes from", declare_config, config);
     add("replay", "Repeat a recorded run and check every step", declare_replay, replay);

@@ -17,7 +17,7 @@ void declare_size(CLI::App& command, RunOptions& options) {
       ->check(any_whole_number())
       ->group("Size")
       ->excludes(bodies);
-  command.add_option("--seed", options.seed, "Which heap; it decides all that the heap is made of (1)")
+  command.add_option("--seed", options.seed, "Which heap; the number decides everything about it (1)")
       ->type_name("K")
       ->check(whole_number(0))
       ->group("Size");
@@ -47,7 +47,7 @@ void declare_simulator_choice(CLI::App& command, SimulatorOptions& options, cons
   command
       .add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
       ->type_name("DEVICE");
-  command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
+  command.add_option("--threads", options.threads, "Threads, 0 for one per core (0)")
       ->type_name("N")
       ->check(whole_number(0, 1024));
 }
@@ -98,7 +98,7 @@ void declare_output(CLI::App& command, RunOptions& options) {
   command.add_option("--json", options.json, "Write the figures of the run as JSON ('-' is stdout)")
       ->type_name("FILE")
       ->group("Output");
-  command.add_option("--csv", options.csv, "Write a row a step: each stage's ms and the counts")
+  command.add_option("--csv", options.csv, "Write a row per step: each stage's ms and the counts")
       ->type_name("FILE")
       ->group("Output");
   command.add_option("--record", options.record, "Record the run for 'fathom replay'")
@@ -118,7 +118,7 @@ void declare_duration(CLI::App& command, RunOptions& options, const std::string&
                     ->type_name("N")
                     ->check(whole_number(1, max_steps))
                     ->group("Time");
-  command.add_option("--seconds", options.seconds, "Simulated time in place of --steps (s)")
+  command.add_option("--seconds", options.seconds, "Simulated time instead of --steps (s)")
       ->type_name("S")
       ->check(positive_number())
       ->excludes(steps)
@@ -157,9 +157,9 @@ void declare_run(CLI::App& command, RunOptions& options) {
 void declare_play(CLI::App& command, RunOptions& options) {
   declare_scene(command, options);
   declare_duration(command, options);
-  command.add_flag("--quiet", options.quiet, "Say nothing where nothing is wrong");
+  command.add_flag("--quiet", options.quiet, "Print nothing unless something is wrong");
   command.footer(
-      "The configuration says the rest: mode, pacing, window, logging, recording ('fathom config').\n"
+      "The configuration decides everything else: mode, pacing, window, logging, recording ('fathom config').\n"
       "In a window space pauses, a full stop makes one step, escape ends. Examples:\n"
       "  fathom play layers --set simulator.mode=async --set loop.time=wall --set window.enabled=true\n"
       "  fathom play pyramid --layers 15 --steps 600 --set simulator.mode=ahead --set trace.file=trace.json");
@@ -167,11 +167,11 @@ void declare_play(CLI::App& command, RunOptions& options) {
 
 void declare_config(CLI::App& command, ConfigOptions& options) {
   declare_scene(command, options.run, false);
-  command.add_option("--write", options.write, "Write what is set to this file in place of printing all")
+  command.add_option("--write", options.write, "Write what is set to this file instead of printing everything")
       ->type_name("FILE.toml");
   command.footer(
-      "With a scene the values are those of its run. A line that begins with # is set by nobody: default, scene or\n"
-      "preset say it. Examples:\n"
+      "With a scene the values are those of its run. A line that begins with # is not set here: its value\n"
+      "is the default, or that of the scene or preset. Examples:\n"
       "  fathom config --set simulator.mode=async --write engine.toml\n"
       "  fathom config pyramid --config engine.toml --preset dissertation");
 }
@@ -181,9 +181,9 @@ void declare_table(CLI::App& command, TableOptions& options) {
 }
 
 void declare_validate(CLI::App& command, ValidateOptions& options) {
-  command.add_option("--only", options.only, "Cases or groups whose names hold this text")->type_name("TEXT");
+  command.add_option("--only", options.only, "Cases or groups whose names contain this text")->type_name("TEXT");
   command.add_flag("--short", options.brief, "The shorter form that is part of the tests");
-  command.add_flag("--list", options.list, "Say which cases there are");
+  command.add_flag("--list", options.list, "List the cases");
   declare_simulator_choice(command, options.simulator, "Which simulator is validated (native)");
   command
       .add_option("--seeds", options.seeds,
@@ -201,7 +201,7 @@ void declare_validate(CLI::App& command, ValidateOptions& options) {
   command.add_option("--json", options.json, "Write the report as JSON ('-' is stdout)")
       ->type_name("FILE")
       ->group("Output");
-  command.add_flag("--quiet", options.quiet, "No line for every check")->group("Output");
+  command.add_flag("--quiet", options.quiet, "No line per check")->group("Output");
   command.footer(
       "Examples:\n"
       "  fathom validate --html validation.html\n"

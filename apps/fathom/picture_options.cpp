@@ -36,7 +36,7 @@ void declare_colouring(CLI::App& command, render::Colouring& colouring) {
   declare_choice<render::Colouring>(
       command, "--colour", colouring,
       {{"start", render::Colouring::start}, {"speed", render::Colouring::speed}, {"island", render::Colouring::island}},
-      "What colours tell: the height a body started at, its speed, its island (start)");
+      "What colours show: the height a body started at, its speed, its island (start)");
 }
 
 }  // namespace fathom::cli

@@ -85,15 +85,14 @@ int render_recording(RenderOptions options) {
   }
   outputs.finish();
   if (!difference.empty()) {
-    tell(
-        fmt::format("fathom: the replay went another way than the recording: {}; was it recorded by another version?\n",
-                    difference));
+    tell(fmt::format("fathom: the replay differs from the recording: {}; was it recorded by another version?\n",
+                     difference));
     return failed;
   }
   if (InterruptGuard::requested()) return interrupted;
   if (asked > end + half_step)
     throw Error(ErrorCode::invalid_argument,
-                fmt::format("{} ends at {:.5g} s; of what was asked for up to {:.5g} s the rest is not there",
+                fmt::format("{} ends at {:.5g} s, but times up to {:.5g} s were asked for; ask for earlier ones",
                             options.run.scene, end, asked));
   return finished;
 }

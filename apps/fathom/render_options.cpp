@@ -70,7 +70,7 @@ void declare_render(CLI::App& command, RenderOptions& options) {
   command.add_option("--seconds", options.seconds, "Length of the film or page (10 s)")
       ->type_name("S")
       ->check(positive_number());
-  command.add_option("--fps", options.frames_per_second, "Frames a simulated second of the film (60) or page (30)")
+  command.add_option("--fps", options.frames_per_second, "Frames per simulated second of the film (60) or page (30)")
       ->type_name("N")
       ->check(whole_number(1, 240));
   declare_picture_size(command, options.stage.width, options.stage.height, "Size of pictures and film (1280x720)");
@@ -80,13 +80,13 @@ void declare_render(CLI::App& command, RenderOptions& options) {
   command.add_flag("--joints", options.stage.joints, "Draw joints: arms, anchors and reactions");
   command.add_option("--gpu", options.gpu, "What draws: auto, software, or the number of a GPU (auto)")
       ->type_name("GPU");
-  command.add_option("--samples", options.stage.enlargement, "Draw so many times as large, for smoother stills (1)")
+  command.add_option("--samples", options.stage.enlargement, "Draw this many times as large, for smoother stills (1)")
       ->type_name("N")
       ->check(whole_number(1, 4));
   declare_degrees(command, "--azimuth", options.stage.azimuth, "Direction of the eye about z, from +x (-55)");
   declare_degrees(command, "--elevation", options.stage.elevation, "Direction of the eye above the horizon (24)");
-  declare_degrees(command, "--turn", options.stage.turn, "Turn of the camera a simulated second (0)");
-  command.add_option("--zoom", options.stage.zoom, "Nearer by this factor (1)")
+  declare_degrees(command, "--turn", options.stage.turn, "Turn of the camera per simulated second (0)");
+  command.add_option("--zoom", options.stage.zoom, "Zoom in by this factor (1)")
       ->type_name("X")
       ->check(number_between(0.05, 50))
       ->group("Camera");

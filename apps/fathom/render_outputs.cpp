@@ -75,7 +75,7 @@ void RenderOutputs::open_stills() {
   std::error_code failure;
   if (!folder.empty()) fs::create_directories(folder, failure);
   if (failure || (!folder.empty() && !fs::is_directory(folder))) {
-    throw Error(ErrorCode::file, folder.string() + ": the folder cannot be made; check its name and permissions");
+    throw Error(ErrorCode::file, folder.string() + ": the folder cannot be created; check its name and permissions");
   }
 }
 

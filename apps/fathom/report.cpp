@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "build_info.hpp"
+#include "measure/counted.hpp"
 #include "measure/json.hpp"
 #include "measure/system.hpp"
 
@@ -41,14 +42,14 @@ std::string timing_row(const std::string& name, const Json& s) {
 }
 
 std::string head_text(const Json& r) {
-  return fmt::format(
-      "{}: {} bodies, {} of {:.5g} s, {} substeps{}\n{} simulator, {} thread{}, {} broad phase, {}, {} solver{}, {}\n",
-      r["environment"].get<std::string>(), r["bodies"].get<std::uint64_t>(),
-      fmt::format("{} steps", r["steps"].get<std::uint64_t>()), r["dt"].get<double>(), r["substeps"].get<int>(),
-      r["finished"].get<bool>() ? "" : " (interrupted)", r["simulator"].get<std::string>(), r["threads"].get<int>(),
-      r["threads"].get<int>() == 1 ? "" : "s", r["broad_phase"].get<std::string>(), r["partition"].get<std::string>(),
-      r["solver"].get<std::string>(), r["warm_start"].get<bool>() ? "" : " without warm starting",
-      r["device"].get<std::string>());
+  return fmt::format("{}: {}, {} of {:.5g} s, {}{}\n{} simulator, {}, {} broad phase, {}, {} solver{}, {}\n",
+                     r["environment"].get<std::string>(), counted(r["bodies"].get<std::uint64_t>(), "body", "bodies"),
+                     counted(r["steps"].get<std::uint64_t>(), "step"), r["dt"].get<double>(),
+                     counted(r["substeps"].get<std::uint64_t>(), "substep"),
+                     r["finished"].get<bool>() ? "" : " (interrupted)", r["simulator"].get<std::string>(),
+                     counted(r["threads"].get<std::uint64_t>(), "thread"), r["broad_phase"].get<std::string>(),
+                     r["partition"].get<std::string>(), r["solver"].get<std::string>(),
+                     r["warm_start"].get<bool>() ? "" : " without warm starting", r["device"].get<std::string>());
 }
 
 std::string timing_text(const Json& r) {

@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "csv.hpp"
 #include "files/claim.hpp"
+#include "measure/counted.hpp"
 #include "measure/system.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -75,8 +76,8 @@ int run(const RunOptions& options) {
   else if (!options.quiet)
     fmt::print("{}", to_text(report));
   if (result.quality.non_finite > 0) {
-    tell(fmt::format("fathom: the state of {} bodies was not finite; try a smaller --dt or more --substeps\n",
-                     result.quality.non_finite));
+    tell(fmt::format("fathom: the state of {} was not finite; try a smaller --dt or more --substeps\n",
+                     counted(result.quality.non_finite, "body", "bodies")));
   }
   return exit_code(result);
 }

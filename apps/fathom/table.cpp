@@ -37,7 +37,7 @@ int table(const TableOptions& options) {
     try {
       rows += row(read_report(file));
     } catch (const Json::exception&) {
-      throw Error(ErrorCode::file, file + ": is no result of 'fathom run --json'; write it anew");
+      throw Error(ErrorCode::file, file + ": is not a result of 'fathom run --json'; write it again");
     }
   }
   fmt::print("{:<12}{:>9}{:>8}{:>7}{:>10}{:>9}{:>9}{:>8}{:>9}{:>9}{:>10}\n{}", "environment", "bodies", "threads",

@@ -107,7 +107,7 @@ void declare_view(CLI::App& command, ViewOptions& options) {
   command.add_flag("--show-help", settings.help, "Start with the list of keys");
   auto* frames = command
                      .add_option("--frames", settings.frames,
-                                 "End after so many frames, of one step each, and print the state hash")
+                                 "End after this many frames of one step each, and print the state hash")
                      ->type_name("N")
                      ->check(whole_number(1));
   command.add_option("--screenshot", settings.screenshot, "Write the last of --frames, with the panel")

@@ -34,22 +34,22 @@ Campaign begin(const Store& store, const Settings& settings) {
   here.steps = settings.limits.steps;
   if (!store.exists()) {
     if (settings.resume)
-      throw Error(ErrorCode::file, store.folder() + ": holds no campaign to continue; leave --resume out to begin one");
+      throw Error(ErrorCode::file, store.folder() + ": has no campaign to continue; leave --resume out to start one");
     return {here, 0, {}, {}};
   }
   if (!settings.resume)
     throw Error(ErrorCode::file,
-                store.folder() + ": holds a campaign already; continue it with --resume, or give another --out");
+                store.folder() + ": has a campaign already; continue it with --resume, or give another --out");
   Campaign campaign = store.load();
   const Circumstances& there = campaign.where;
   if (there.commit != here.commit || there.compiler != here.compiler || there.build_type != here.build_type)
-    throw Error(ErrorCode::file, fmt::format("{}: holds runs of another build ({}, {}, {}); give another --out",
+    throw Error(ErrorCode::file, fmt::format("{}: has runs of another build ({}, {}, {}); give another --out",
                                              store.folder(), there.commit, there.compiler, there.build_type));
   if (there.processor != here.processor || there.threads != here.threads)
-    throw Error(ErrorCode::file, fmt::format("{}: holds runs of another machine ({}, {} threads); give another --out",
+    throw Error(ErrorCode::file, fmt::format("{}: has runs of another machine ({}, {} threads); give another --out",
                                              store.folder(), there.processor, there.threads));
   if (there.steps != here.steps)
-    throw Error(ErrorCode::file, fmt::format("{}: holds runs of {} steps; give --steps {} or another --out",
+    throw Error(ErrorCode::file, fmt::format("{}: has runs of {} steps; give --steps {} or another --out",
                                              store.folder(), there.steps, there.steps));
   here.date = there.date;
   campaign.where = here;

@@ -7,6 +7,7 @@
 #include <cctype>
 
 #include "engine/scene_entities.hpp"
+#include "measure/counted.hpp"
 #include "scene/environments.hpp"
 
 namespace fathom::campaign {
@@ -44,7 +45,7 @@ std::string label_of(const Case& c) {
   std::string label = c.simulator;
   if (!c.device.empty()) label += " on " + c.device;
   if (c.simulator != "device" || c.device == "host")
-    label += fmt::format(", {} thread{}", c.threads, c.threads == 1 ? "" : "s");
+    label += ", " + counted(static_cast<std::uint64_t>(c.threads), "thread");
   return c.set == "fathom" ? label : label + ", " + c.set;
 }
 

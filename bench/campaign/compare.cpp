@@ -184,8 +184,8 @@ std::string Comparison::text() const {
 Comparison compare(const std::string& before, const std::string& after, const CompareSettings& settings) {
   const File a = read_results(before), b = read_results(after);
   if (a.kind != b.kind)
-    throw Error(ErrorCode::file,
-                fmt::format("{} holds {}, {} holds {}; only like can be compared", before, a.kind, after, b.kind));
+    throw Error(ErrorCode::file, fmt::format("{} contains {}, {} contains {}; only results of one kind can be compared",
+                                             before, a.kind, after, b.kind));
   Comparison comparison;
   if (a.machine != b.machine)
     comparison.notes.push_back(fmt::format("beware: before {}, after {}", a.machine, b.machine));

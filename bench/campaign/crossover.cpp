@@ -38,7 +38,7 @@ std::string row(const std::string& name, const std::string& css,
 
 std::string Crossover::text() const {
   if (always) return fmt::format("{} and fewer", grouped(std::llround(below)));
-  if (never) return fmt::format("not up to {}", grouped(std::llround(above)));
+  if (never) return fmt::format("none up to {}", grouped(std::llround(above)));
   return fmt::format("≈ {}", rounded(bodies));
 }
 
@@ -93,7 +93,7 @@ std::string crossover_section(const View& view) {
       "<h2 id='crossover'>Crossover</h2>\n<p>From how many bodies each device beats the native simulator, stage by "
       "stage: "
       "against the fastest number of threads measured, with the same set of algorithms, interpolated between the sizes "
-      "measured. Published hardware is set against the published processor.</p>\n";
+      "measured. Published devices are compared with the published processor.</p>\n";
   for (const std::string& environment : view.environments()) {
     html += fmt::format("<h3>{}</h3>\n<table><tr><th></th>", environment);
     for (const Stage& stage : stages()) html += fmt::format("<th class='n'>{}</th>", stage.name);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "measure/counted.hpp"
 #include "page/html.hpp"
 #include "page/svg_plot.hpp"
 #include "sections.hpp"
@@ -162,11 +163,7 @@ std::string threads_section(const View& view) {
         [](const Measurement& run) {
           int colour = 0;
           for (int threads = run.what.threads; threads > 1; threads /= 2) ++colour;
-          return Curve{fmt::format("{} thread{}", run.what.threads, run.what.threads == 1 ? "" : "s"),
-                       {},
-                       {},
-                       colour % 8,
-                       false};
+          return Curve{counted(static_cast<std::uint64_t>(run.what.threads), "thread"), {}, {}, colour % 8, false};
         },
         nullptr);
   }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "measure/counted.hpp"
 #include "page/html.hpp"
 #include "view.hpp"
 
@@ -39,14 +40,12 @@ std::string row_of(const Json& r, bool ground) {
 std::string html_of(const Json& peers) {
   std::string html = fmt::format(
       "<h2 id='peers'>Other engines</h2>\n<p>The same scenes through every engine of this build, each with its own "
-      "defaults; "
-      "engines take turns on a scene, round by round ({} rounds, medians), so that a noisy machine is fair. Ratio: "
-      "over "
-      "Fathom's mean with as many threads; above 1 is slower. † cut short by the limit on a run's time: mean and "
-      "quality are those of fewer steps than the others', so that the ratio is no fair one. Quality is "
-      "measured alike, after the last step.</p>\n"
+      "defaults; the engines alternate on each scene, round by round (medians of {}), so that noise of the machine "
+      "affects all of them. Ratio: over Fathom's mean with as many threads; above 1 is slower. † cut short by the "
+      "limit on a run's time: mean and quality are those of fewer steps than the others', so the ratio is not a fair "
+      "comparison. Quality is measured alike, after the last step.</p>\n"
       "<p class='faint'>{} · {}</p>\n",
-      peers.at("rounds").get<int>(), escaped(peers.at("device").get<std::string>()),
+      counted(peers.at("rounds").get<std::uint64_t>(), "round"), escaped(peers.at("device").get<std::string>()),
       escaped(peers.at("build").at("commit").get<std::string>()));
   std::string scene;
   for (const Json& r : peers.at("results")) {
@@ -75,7 +74,7 @@ std::string peers_section(const Store& store) {
   try {
     return html_of(Json::parse(store.read(peers_file)));
   } catch (const Json::exception&) {
-    throw Error(ErrorCode::file, store.path(peers_file) + ": is not what 'fathom bench peers' wrote; measure it anew");
+    throw Error(ErrorCode::file, store.path(peers_file) + ": is not what 'fathom bench peers' wrote; measure it again");
   }
 }
 

@@ -35,13 +35,11 @@ std::string row_of(const Measurement& run, bool ground, bool rests) {
 
 std::string quality_section(const View& view) {
   std::string html =
-      "<h2 id='quality'>Quality beside speed</h2>\n<p>At the end of each run: how far a body is from where it started "
-      "at most "
-      "(where it should rest), how deep one is in the ground, kinetic energy. Spikes are single steps over the median "
-      "of "
-      "the 61 around them, the first second left out. What should rest and moved a tenth of a body's size gave way, a "
-      "hundredth (10 mm) creeps; "
-      "what is a hundredth of it in the ground sank in. † cut short: its end is earlier than the others'.</p>\n";
+      "<h2 id='quality'>Quality and speed</h2>\n<p>At the end of each run: the largest distance of a "
+      "body from where it started (where it should rest), the deepest penetration of the ground, and the kinetic "
+      "energy. Spikes: single steps over the median of the 61 steps around them, without the first second. What should "
+      "rest gave way if it moved by a tenth of a body's size and creeps if it moved by a hundredth (10 mm); what is a "
+      "hundredth in the ground sank in. † cut short: its end is earlier than the others'.</p>\n";
   for (const std::string& environment : view.environments()) {
     const bool ground = environment != "drift", rests = environment == "spread" || environment == "pyramid";
     html += fmt::format(
@@ -74,7 +72,7 @@ std::string exclusions_section(const View& view) {
   }
   const Campaign& campaign = view.campaign();
   if (campaign.runs.size() < campaign.planned)
-    items += fmt::format("<li>{} of {} runs are not made yet: continue with --resume</li>\n",
+    items += fmt::format("<li>{} of {} runs are still to do: continue with --resume</li>\n",
                          campaign.planned - campaign.runs.size(), campaign.planned);
   return "<h2 id='exclusions'>Not in the tables</h2>\n" +
          (items.empty() ? "<p>Every run finished and is reported.</p>\n" : "<ul>\n" + items + "</ul>\n");

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "measure/counted.hpp"
 #include "page/html.hpp"
 #include "peers_section.hpp"
 #include "scene/environments.hpp"
@@ -17,13 +18,13 @@ using page::escaped;
 
 std::string circumstances_html(const Circumstances& c) {
   return fmt::format(
-      "<p class='faint'>{} campaign of {} steps{}{} · {} · {}, {} hardware threads, {} · {}{}{} · fathom {} ({}), {} "
+      "<p class='faint'>{} campaign of {}{}{} · {} · {}, {}, {} · {}{}{} · fathom {} ({}), {} "
       "build, "
       "{}</p>\n",
-      escaped(c.form), c.steps, c.options.empty() ? "" : ", ", escaped(c.options), escaped(c.date),
-      escaped(c.processor), c.threads, escaped(c.memory), escaped(c.system), c.devices.empty() ? "" : " · ",
-      escaped(fmt::format("{}", fmt::join(c.devices, ", "))), escaped(c.version), escaped(c.commit),
-      escaped(c.build_type), escaped(c.compiler));
+      escaped(c.form), counted(c.steps, "step"), c.options.empty() ? "" : ", ", escaped(c.options), escaped(c.date),
+      escaped(c.processor), counted(static_cast<std::uint64_t>(c.threads), "hardware thread"), escaped(c.memory),
+      escaped(c.system), c.devices.empty() ? "" : " · ", escaped(fmt::format("{}", fmt::join(c.devices, ", "))),
+      escaped(c.version), escaped(c.commit), escaped(c.build_type), escaped(c.compiler));
 }
 
 std::string entry(std::string_view word, std::string_view meaning) {
@@ -37,7 +38,7 @@ std::string about_html(const View& view) {
       "real-time physics simulation using GPGPU techniques</i> (FEUP, Universidade do Porto, 2020): how long a step of "
       "1/60 s takes in four environments of unit cubes, over {:.3g} s here and 30 s there. <b>Published</b> are "
       "figures quoted from its tables "
-      "4.2 to 4.5; nothing that is called so was measured here. Everything else was.</p>\n<dl>\n",
+      "4.2 to 4.5; nothing marked so was measured here. Everything else was.</p>\n<dl>\n",
       static_cast<double>(view.campaign().where.steps) / 60);
   for (const std::string& name : view.environments())
     if (const Environment* environment = find_environment(name)) html += entry(name, environment->summary);
@@ -58,8 +59,8 @@ std::string about_html(const View& view) {
 
 constexpr const char* contents =
     "<nav><a href='#about'>What is measured</a><a href='#summary'>In short</a><a href='#tables'>Average step "
-    "durations, beside the published</a>"
-    "<a href='#crossover'>Crossover</a><a href='#quality'>Quality beside speed</a><a href='#pictures'>Pictures</a>"
+    "durations, with the published ones</a>"
+    "<a href='#crossover'>Crossover</a><a href='#quality'>Quality and speed</a><a href='#pictures'>Pictures</a>"
     "<a href='#durations'>Durations over time</a><a href='#threads'>Threads</a><a href='#peers'>Other engines</a>"
     "<a href='#exclusions'>Not in the tables</a></nav>\n";
 
@@ -78,7 +79,7 @@ std::string write_report(const Store& store) {
   const std::string body = peers_alone ? peers_section(store) : campaign_html(store);
   store.write(
       "report.html",
-      page::document(peers_alone ? "Fathom beside other engines" : "Fathom: the published experiment, repeated", body));
+      page::document(peers_alone ? "Fathom and other engines" : "Fathom: the published experiment, repeated", body));
   return store.path("report.html");
 }
 

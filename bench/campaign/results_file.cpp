@@ -84,7 +84,7 @@ ResultsFile read_results(const std::string& path) {
   }
   if (file.entries.empty())
     throw Error(ErrorCode::file,
-                path + ": holds no results; give campaign.json, peers.json or what bench/instructions wrote");
+                path + ": contains no results; give campaign.json, peers.json or what bench/instructions wrote");
   return file;
 }
 

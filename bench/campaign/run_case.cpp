@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "measure/counted.hpp"
 #include "measure/system.hpp"
 
 namespace fathom::campaign {
@@ -54,7 +55,7 @@ class Runner {
     if (result_.quality.empty() || result_.quality.back().step != result_.steps) look();
     const Quality& end = result_.end();
     if (end.bodies_below_ground > 0)
-      result_.failing = fmt::format("{} bodies below the ground", end.bodies_below_ground);
+      result_.failing = counted(end.bodies_below_ground, "body", "bodies") + " below the ground";
     result_.hash = fmt::format("{:016x}", world_.state_hash());
     result_.memory_bytes = world_.profile().counts.memory_bytes;
     result_.interruptions = interruptions() - interruptions_before_;

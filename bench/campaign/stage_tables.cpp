@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "measure/counted.hpp"
 #include "page/html.hpp"
 #include "sections.hpp"
 
@@ -84,15 +85,12 @@ std::string table_of(const View& view, const std::string& environment) {
 
 std::string stage_tables_section(const View& view) {
   std::string html = fmt::format(
-      "<h2 id='tables'>Average step durations</h2>\n<p>Milliseconds, averages over all steps, in the form of the "
+      "<h2 id='tables'>Average step durations</h2>\n<p>Average milliseconds per step, in the form of the "
       "dissertation's tables 4.2 to 4.5, whose figures stand below ours. Underlined: the best of each column on this "
-      "machine "
-      "over the steps that all runs made, and the best published. The native simulator is shown with {} thread{}{}. "
-      "The dissertation's environments of "
-      "1,000 "
-      "spread bodies and ours of 961 (a square) stand side by side. † cut short by the limit on a run's time: the "
-      "average is that of the steps made.</p>\n",
-      view.table_threads(), view.table_threads() == 1 ? "" : "s",
+      "machine over the steps that all runs made, and the best published. The native simulator is shown with {}{}. "
+      "The dissertation's environments of 1,000 spread bodies and ours of 961 (a square) stand side by side. † cut "
+      "short by the limit on a run's time: the average is that of the steps that were made.</p>\n",
+      counted(static_cast<std::uint64_t>(view.table_threads()), "thread"),
       view.table_threads() == 8 ? ", as published" : ", all that this machine has");
   for (const std::string& environment : view.environments()) html += table_of(view, environment);
   return html;

@@ -168,7 +168,7 @@ void Store::create() const {
   std::error_code failure;
   fs::create_directories(path("runs"), failure);
   if (failure || !fs::is_directory(path("runs")))
-    throw Error(ErrorCode::file, folder_ + ": the folder cannot be made; check its name and permissions");
+    throw Error(ErrorCode::file, folder_ + ": the folder cannot be created; check its name and permissions");
 }
 
 std::unique_ptr<files::OutputFile> Store::claim() const {
@@ -217,7 +217,7 @@ void Store::load_steps(Measurement& run) const {
     const auto number = [&](auto& value) {
       const auto [next, error] = std::from_chars(at, end, value);
       if (error != std::errc{} || next == end)
-        throw Error(ErrorCode::file, path(file) + ": has a row that is no step; run it anew");
+        throw Error(ErrorCode::file, path(file) + ": has a row that is not a step; run it again");
       at = next + 1;
     };
     number(s.step), number(s.total), number(s.broad_phase), number(s.narrow_phase), number(s.collision_resolution);
@@ -231,7 +231,7 @@ Campaign Store::load() const {
   try {
     const Json json = Json::parse(read("campaign.json"));
     if (json.at("kind") != "campaign" || json.at("format") != format)
-      throw Error(ErrorCode::file, path("campaign.json") + ": is of another version; run the campaign anew");
+      throw Error(ErrorCode::file, path("campaign.json") + ": is of another version; run the campaign again");
     campaign.where = circumstances_of(json.at("circumstances"));
     campaign.planned = json.at("planned");
     for (const Json& entry : json.at("runs")) campaign.runs.push_back(measurement_of(entry));
@@ -239,7 +239,7 @@ Campaign Store::load() const {
       campaign.pictures.push_back({p.at("environment"), p.at("label"), p.at("moment"), p.at("file")});
   } catch (const Json::exception&) {
     throw Error(ErrorCode::file,
-                path("campaign.json") + ": is no campaign; give a folder that 'fathom bench campaign' wrote");
+                path("campaign.json") + ": is not a campaign; give a folder that 'fathom bench campaign' wrote");
   }
   for (Measurement& run : campaign.runs)
     if (run.reported()) load_steps(run);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "crossover.hpp"
+#include "measure/counted.hpp"
 #include "page/html.hpp"
 #include "sections.hpp"
 
@@ -31,7 +32,7 @@ std::string tally(const View& view) {
     reported += run->reported(), refused += !run->refused.empty(), skipped += !run->skipped.empty();
     failing += !run->failing.empty(), cut += run->cut_short;
   }
-  std::string text = fmt::format("{} runs are reported", reported);
+  std::string text = fmt::format("{} {} reported", counted(reported, "run"), reported == 1 ? "is" : "are");
   if (failing > 0) text += fmt::format(", {} of them failing (bodies below the ground)", failing);
   if (cut > 0) text += fmt::format(", {} cut short by the time limit", cut);
   text += refused > 0 ? fmt::format("; {} {} refused because states were not finite or exploded", refused,
@@ -56,9 +57,9 @@ std::string against_the_processor(const View& view) {
           }
   if (faster.empty()) return {};
   return fmt::format(
-      "The native simulator with {} thread{} of this machine makes a step {} times as fast as the published native "
-      "simulator with 8 threads of a Ryzen 9 3950X (least for {}). Hardware and algorithms both differ.",
-      view.table_threads(), view.table_threads() == 1 ? "" : "s", faster.text(), slowest);
+      "The native simulator with {} of this machine makes a step {} times as fast as the published native "
+      "simulator with 8 threads of a Ryzen 9 3950X (least in {}). Hardware and algorithms both differ.",
+      counted(static_cast<std::uint64_t>(view.table_threads()), "thread"), faster.text(), slowest);
 }
 
 /// Each set of algorithms on the same simulator and hardware, so that only the algorithms differ.
@@ -113,7 +114,7 @@ std::string crossovers(const View& view) {
       if (const auto found = crossover(duels(view, environment, label, stages().back())))
         parts += fmt::format("{}{}: {}", parts.empty() ? "" : ", ", environment, found->text());
     if (!parts.empty())
-      text += fmt::format("<li>{} beats the native simulator on the whole step from so many bodies: {}.</li>\n",
+      text += fmt::format("<li>{} beats the native simulator on the whole step from this many bodies on: {}.</li>\n",
                           escaped(label), parts);
   }
   return text;
@@ -131,10 +132,9 @@ std::string spikes_text(const View& view) {
   if (p99.empty()) return {};
   const Statistics usual = statistics(p99), longest = statistics(max);
   return fmt::format(
-      "Spikes with Fathom's algorithms: in the median run, 1 step of 100 takes more than {} times the "
-      "median of "
-      "the steps around it, and the longest takes {} times; the longest of all {} times ({}). Where other programs "
-      "share the processor these are theirs too. The dissertation's device steps had spikes of 150 to 300 ms.",
+      "Spikes with Fathom's algorithms: in the median run, 1 step in 100 takes more than {} times the median of the "
+      "steps around it, and the longest takes {} times; the longest of all {} times ({}). Where other programs share "
+      "the processor, some of these are due to them. The dissertation's device steps had spikes of 150 to 300 ms.",
       figure(usual.median), figure(longest.median), figure(longest.max), worst);
 }
 
@@ -146,11 +146,9 @@ std::string company(const View& view) {
       per_hundred.push_back(100 * static_cast<double>(run->interruptions) / static_cast<double>(run->steps));
   if (per_hundred.empty()) return {};
   const Statistics s = statistics(per_hundred);
-  return fmt::format(
-      "Other programs took the processor away {} times in 100 steps in the median run, {} times in "
-      "the worst{}.",
-      figure(s.median), figure(s.max),
-      s.median > 1 ? ": <b>the machine was not quiet</b>, and times are longer than they need be" : "");
+  return fmt::format("Other programs interrupted the median run {} times per 100 steps, the worst {} times{}.",
+                     figure(s.median), figure(s.max),
+                     s.median > 1 ? ": <b>the machine was not quiet</b>, and times are longer than they need be" : "");
 }
 
 std::string threads_text(const View& view) {
@@ -164,7 +162,8 @@ std::string threads_text(const View& view) {
       const auto [one, best_ms] = means_of_common_steps(*runs.front(), *fastest, stages().back());
       if (one / best_ms <= gain) continue;
       gain = one / best_ms;
-      best = fmt::format("{} {} with {} threads", environment, grouped(bodies), fastest->what.threads);
+      best = fmt::format("{} {} with {}", environment, grouped(bodies),
+                         counted(static_cast<std::uint64_t>(fastest->what.threads), "thread"));
     }
   return best.empty() ? best
                       : fmt::format("More threads gain most in {}: {} times one thread's speed.", best, figure(gain));
@@ -186,9 +185,10 @@ std::string determinism(const View& view) {
   std::string text = "State hashes after the last step: ";
   const auto say = [&](const char* name, const auto& hashes) {
     if (hashes.empty()) return std::string();
-    return differing(hashes) == 0
-               ? fmt::format("{} agree in all {} scenes", name, hashes.size())
-               : fmt::format("{} <b>differ in {} of {} scenes</b>", name, differing(hashes), hashes.size());
+    if (differing(hashes) > 0)
+      return fmt::format("{} <b>differ in {} of {}</b>", name, differing(hashes), counted(hashes.size(), "scene"));
+    return hashes.size() == 1 ? fmt::format("{} agree in the one scene", name)
+                              : fmt::format("{} agree in all {} scenes", name, hashes.size());
   };
   text += say("all numbers of threads", native);
   if (!native.empty() && !device.empty()) text += "; ";

@@ -146,7 +146,7 @@ class Box3dEngine final : public Engine {
     for (const Vec3 vertex : of.vertices()) points.push_back(vector(transform(pose, vertex)));
     const auto count = static_cast<int>(points.size());
     b3HullData* const hull = b3CreateHull(points.data(), count, count);
-    if (hull == nullptr) throw Error(ErrorCode::unavailable, "Box3D makes no hull of these points");
+    if (hull == nullptr) throw Error(ErrorCode::unavailable, "Box3D cannot make a hull of these points");
     b3CreateHullShape(bodies_.back(), &def, hull);  // copies it; equal hulls share the copy
     b3DestroyHull(hull);
   }
@@ -160,7 +160,7 @@ class Box3dEngine final : public Engine {
     mesh.indices = indices.data(), mesh.triangleCount = static_cast<int>(of.triangle_count());
     mesh.identifyEdges = true;
     meshes_.push_back(b3CreateMesh(&mesh, nullptr, 0));
-    if (meshes_.back() == nullptr) throw Error(ErrorCode::unavailable, "Box3D makes no mesh of these triangles");
+    if (meshes_.back() == nullptr) throw Error(ErrorCode::unavailable, "Box3D cannot make a mesh of these triangles");
     b3CreateMeshShape(bodies_.back(), &def, meshes_.back(), b3Vec3_one);
   }
 

@@ -19,7 +19,7 @@ std::int64_t whole_number(const std::string& text, std::string_view digits) {
   std::int64_t number = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   if (error != std::errc{} || end != digits.data() + digits.size() || number < 1 || number > 1'000'000'000) {
-    refuse(text, "'" + std::string(digits) + "' is no whole number from 1");
+    refuse(text, "'" + std::string(digits) + "' is not a whole number from 1");
   }
   return number;
 }

@@ -150,7 +150,8 @@ class JoltEngine final : UsesLibrary, public Engine {
     JPH::Array<JPH::Vec3> points;
     for (const Vec3 vertex : shape.hull->vertices()) points.push_back(vector(vertex));
     const JPH::ShapeSettings::ShapeResult made = JPH::ConvexHullShapeSettings(points).Create();
-    if (made.HasError()) throw Error(ErrorCode::unavailable, "Jolt makes no hull: " + std::string(made.GetError()));
+    if (made.HasError())
+      throw Error(ErrorCode::unavailable, "Jolt cannot make a hull: " + std::string(made.GetError()));
     return made.Get();
   }
 

@@ -16,7 +16,8 @@ int exit_code(fathom::peers::Outcome outcome) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Sets Fathom beside other physics engines on the four environments: speed and quality.", "fathom_peers");
+  CLI::App app("Compares Fathom with other physics engines on the four environments: speed and quality.",
+               "fathom_peers");
   fathom::peers::Options options;
   fathom::files::remove_unfinished_on_signals();
   app.get_formatter()->column_width(36);

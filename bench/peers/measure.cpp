@@ -3,6 +3,7 @@
 #include <chrono>
 #include <optional>
 
+#include "measure/counted.hpp"
 #include "measure/system.hpp"
 
 namespace fathom::peers {
@@ -54,9 +55,10 @@ double timed_step(Engine& engine) {
 }
 
 std::string what_went_wrong(const Engine& engine, const Quality& quality) {
-  if (quality.non_finite > 0) return std::to_string(quality.non_finite) + " bodies not finite";
-  if (quality.bodies_below_ground > 0) return std::to_string(quality.bodies_below_ground) + " bodies below the ground";
-  if (quality.escaped > 0) return std::to_string(quality.escaped) + " bodies escaped";
+  if (quality.non_finite > 0) return counted(quality.non_finite, "body", "bodies") + " not finite";
+  if (quality.bodies_below_ground > 0)
+    return counted(quality.bodies_below_ground, "body", "bodies") + " below the ground";
+  if (quality.escaped > 0) return counted(quality.escaped, "body", "bodies") + " escaped";
   return engine.trouble();
 }
 

@@ -108,7 +108,7 @@ class OdeEngine final : public Engine {
       case ShapeType::hull:
         break;
     }
-    refuse_scene("ODE", "hulls, of which it has no contact with each other");
+    refuse_scene("ODE", "hulls, between which it finds no contacts");
   }
 
   void add(const BodyDef& def) {

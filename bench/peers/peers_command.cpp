@@ -77,7 +77,7 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--steps", options.steps, "Steps per run (600; quick: 200)")
       ->type_name("N")
       ->check(whole_number_between(1, 1'000'000));
-  app.add_option("--rounds", options.rounds, "Times that everything runs (3)")
+  app.add_option("--rounds", options.rounds, "How many times everything runs (3)")
       ->type_name("N")
       ->check(whole_number_between(1, 1000));
   app.add_flag("--quick", options.quick, "A minute's worth: about 1,000 bodies of each environment");

@@ -57,7 +57,7 @@ PhysxWorld::PhysxWorld(const Scene& scene, int threads, PxSceneDesc desc)
   scene_ = physx_physics().createScene(desc);
   if (scene_ == nullptr) {
     dispatcher_->release();
-    throw Error(ErrorCode::unavailable, "PhysX made no scene: " + trouble());
+    throw Error(ErrorCode::unavailable, "PhysX cannot make a scene: " + trouble());
   }
   refuse_joints("PhysX", scene);
   for (const BodyDef& body : scene.bodies) create(body);
@@ -157,7 +157,7 @@ struct MadeGeometry {
     PxCookingParams params(physx_physics().getTolerancesScale());
     params.buildGPUData = true;
     mesh = PxCreateConvexMesh(params, desc);
-    if (mesh == nullptr) throw Error(ErrorCode::unavailable, "PhysX makes no hull of these points");
+    if (mesh == nullptr) throw Error(ErrorCode::unavailable, "PhysX cannot make a hull of these points");
     geometry.storeAny(PxConvexMeshGeometry(mesh));
   }
   ~MadeGeometry() {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "build_info.hpp"
+#include "measure/counted.hpp"
 #include "measure/json.hpp"
 #include "measure/system.hpp"
 
@@ -77,9 +78,9 @@ double ratio_to_fathom(const Result& result, const std::vector<Result>& all) {
 std::string table_of(const std::vector<Result>& results) {
   std::string text = fmt::format("{}; {} build, {}\n", processor_name(), build_info::build_type, build_info::compiler);
   text += fmt::format(
-      "Milliseconds a step: the median of {} rounds; noise is the slowest round over the fastest.\n"
+      "Milliseconds per step: the median of {}; noise is the slowest round over the fastest.\n"
       "Ratio: over Fathom's mean with as many threads; above 1 is slower than Fathom.\n\n",
-      results.empty() ? 0 : results.front().rounds.size());
+      counted(results.empty() ? 0 : results.front().rounds.size(), "round"));
   text += fmt::format("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>7}{:>9}{:>10}{:>10}{:>10}{:>10}{:>11}{:>10}{:>7}{:>8}\n",
                       "scene", "bodies", "steps", "engine", "thr", "mean ms", "noise", "ratio", "p99 ms", "sunk mm",
                       "deep mm", "gap mm", "moved m", "J per body", "below", "escaped");

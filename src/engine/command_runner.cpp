@@ -96,7 +96,7 @@ bool CommandRunner::add_together(std::span<const Command> additions, const Comma
 }
 
 void CommandRunner::add(BodyHandle handle, const BodyDef& definition) {
-  if (!is_handle(handle)) throw Error(ErrorCode::invalid_argument, "add body: this is no handle");
+  if (!is_handle(handle)) throw Error(ErrorCode::invalid_argument, "add body: this is not a handle");
   note(handle, world_->add(definition));
 }
 

@@ -120,7 +120,7 @@ void Config::set(std::string_view assignment) {
                 fmt::format("--set {}: write it as key=value, e.g. --set simulator.threads=4", assignment));
   // What TOML cannot express could not be saved.
   if (!parse_value(quoted_toml(assignment)))
-    throw Error(ErrorCode::invalid_argument, "--set key=value: the text is no UTF-8; write it in UTF-8");
+    throw Error(ErrorCode::invalid_argument, "--set key=value: the text is not UTF-8; write it in UTF-8");
   const std::string name(assignment.substr(0, equals)), value(assignment.substr(equals + 1));
   const ConfigKey* key = find_key(name);
   std::optional<toml::table> parsed = parse_value(value);

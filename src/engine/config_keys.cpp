@@ -232,7 +232,7 @@ std::vector<ConfigKey> loop_keys() {
           {{"free", Pacing::free}, {"fixed", Pacing::fixed}, {"vsync", Pacing::vsync}},
           [](auto& s) -> auto& { return s.loop.pacing; }),
       real(
-          "loop.rate", "frames a second of pacing fixed", 1, 10000, [](auto& s) -> auto& { return s.loop.rate; }),
+          "loop.rate", "frames per second of pacing fixed", 1, 10000, [](auto& s) -> auto& { return s.loop.rate; }),
       choice<TimeSource>(
           "loop.time", "steps of a frame: steps (one) or wall (as many as wall time asks for)",
           {{"steps", TimeSource::steps}, {"wall", TimeSource::wall}}, [](auto& s) -> auto& { return s.loop.time; }),
@@ -240,12 +240,12 @@ std::vector<ConfigKey> loop_keys() {
           "loop.time_scale", "simulated seconds per second of wall time", 0, 1000,
           [](auto& s) -> auto& { return s.loop.time_scale; }),
       boolean(
-          "loop.paused", "begin paused", [](auto& s) -> auto& { return s.loop.paused; }),
+          "loop.paused", "start paused", [](auto& s) -> auto& { return s.loop.paused; }),
       integer(
           "loop.max_steps_per_frame", "steps that wall time may ask of a frame; what is beyond is given up", 1, 1000,
           [](auto& s) -> auto& { return s.loop.max_steps_per_frame; }),
       integer(
-          "world.spawns_per_frame", "entities that may come to life in a frame", 1, 1 << 30,
+          "world.spawns_per_frame", "entities that may be spawned in a frame", 1, 1 << 30,
           [](auto& s) -> auto& { return s.world.spawns_per_frame; }),
       boolean(
           "window.enabled", "open a window", [](auto& s) -> auto& { return s.window.enabled; }),
@@ -276,7 +276,7 @@ std::vector<ConfigKey> file_keys() {
       text(
           "log.file", "messages to this file too", [](auto& s) -> auto& { return s.log.file; }),
       integer(
-          "log.file_size", "MiB after which a new file is begun", 1, 1024,
+          "log.file_size", "MiB after which a new file is started", 1, 1024,
           [](auto& s) -> auto& { return s.log.file_size; }),
       integer(
           "log.files", "old log files kept", 0, 100, [](auto& s) -> auto& { return s.log.files; }),

@@ -46,7 +46,7 @@ class Failures {
     } catch (const std::exception& error) {
       tell(error.what());
     } catch (...) {
-      tell("an exception that is no std::exception");
+      tell("an exception that is not a std::exception");
     }
   }
 

@@ -30,7 +30,7 @@ void InputTape::save(const std::string& path) const {
 InputTape InputTape::load(const std::string& path) {
   std::istringstream file(files::read_file(path, "InputTape::save writes one"));
   std::string line;
-  if (!std::getline(file, line) || line != head) refuse(path, 1, "this is no input tape of fathom");
+  if (!std::getline(file, line) || line != head) refuse(path, 1, "this is not an input tape of fathom");
   InputTape tape;
   for (std::size_t number = 2; std::getline(file, line); ++number) {
     std::istringstream words(line);

@@ -111,7 +111,7 @@ ZstdReader::ZstdReader(std::string path, const FileKind& kind) : state_(std::mak
   Head head;
   file.read(reinterpret_cast<char*>(&head), sizeof head);
   if (file.gcount() < static_cast<std::streamsize>(sizeof head) || head.magic != kind.magic)
-    fail(std::string("this is no ") + kind.what + " of fathom; " + kind.remedy);
+    fail(std::string("this is not a ") + kind.what + " of fathom; " + kind.remedy);
   if (head.version != kind.version)
     fail("it has format version " + std::to_string(head.version) + ", this build reads version " +
          std::to_string(kind.version) + "; use the build that wrote it");

@@ -64,7 +64,7 @@ std::optional<int> writer_beside(const std::string& target) {
     throw Error(ErrorCode::file, given + ": is being written by this run already; give each output its own file");
   throw Error(ErrorCode::file, given + ": is being written by another run" +
                                    (process ? " (process " + std::to_string(*process) + ")" : std::string()) +
-                                   "; wait for its end, or give another name");
+                                   "; wait until it ends, or give another name");
 }
 
 /// Calls `take` while no other run looks for writers, until it returns a file or an error that waiting cannot fix.

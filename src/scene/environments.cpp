@@ -68,7 +68,7 @@ constexpr std::array<Environment, 25> table{{
     {"wide_pyramid", "L² boxes of 1.95 m at the bottom, layers 0.5 m apart that fall on each other (Box3D's)", 1240,
      pyramid_bodies, wide_pyramid},
     {"washer", "small cubes in a drum that turns (Box3D's)", 8000, nullptr, washer},
-    {"convex_pile", "a tower of 8 × 8 hulls a layer, of 32 points each, that falls into a pile (Box3D's)", 5120,
+    {"convex_pile", "a tower of 8 × 8 hulls per layer, of 32 points each, that falls into a pile (Box3D's)", 5120,
      nullptr, convex_pile},
     {"junkyard", "rocks, hulls of 10 points, that fall into a yard in which a column goes round (Box3D's)", 10584,
      nullptr, junkyard},

@@ -66,9 +66,9 @@ class ObjReader {
       const std::string_view word = lines_.word();
       const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), *coordinate);
       if (error != std::errc() || end != word.data() + word.size())
-        fail("a vertex is 'v x y z', three numbers; '" + std::string(word) + "' is none that a float holds");
+        fail("a vertex is 'v x y z', three numbers; '" + std::string(word) + "' does not fit a float");
     }
-    if (!is_finite(vertex)) fail("the vertex is not finite; export the mesh anew");
+    if (!is_finite(vertex)) fail("the vertex is not finite; export the mesh again");
     read_.vertices.push_back(vertex);
   }
 

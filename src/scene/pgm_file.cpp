@@ -11,7 +11,7 @@ class PgmReader {
   PgmReader(std::string_view bytes, const std::string& file) : rest_(bytes), file_(file) {}
 
   GreyPicture read(std::uint64_t most) {
-    if (!rest_.starts_with("P5")) fail("is no binary grey picture; save it as PGM (P5) with 8 or 16 bits a pixel");
+    if (!rest_.starts_with("P5")) fail("is not a binary grey picture; save it as PGM (P5) with 8 or 16 bits per pixel");
     rest_.remove_prefix(2);
     const std::uint64_t width = read_number(), height = read_number(), white = read_number();
     if (width == 0 || height == 0 || white == 0 || white > 65535 || width > most || height > most)

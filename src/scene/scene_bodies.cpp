@@ -169,7 +169,7 @@ Shape read_child_shape(const TomlTable& root, const TomlTable& child) {
   const auto [node, name] =
       given.is_table() ? std::pair(&given, std::string("shape")) : look_up_node(root, child, "shape");
   if (const toml::table* table = node->as_table(); table && (*table)["type"].value<std::string_view>() == "compound")
-    child.fail(given, "a child is one convex shape, no compound; give its children here");
+    child.fail(given, "a child is one convex shape, not a compound; give its children here");
   return read_shape(root, child, *node, name);
 }
 

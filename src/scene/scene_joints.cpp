@@ -231,7 +231,7 @@ class JointReader {
     if (count == 1) return;
     const std::optional<Numbered> a = numbered(first_a), b = numbered(first_b);
     const toml::node& node = *table.find("repeat");
-    if (!a && !b) table.fail(node, "'repeat' counts a body's number up; name one like 'plank.0' as 'a' or 'b'");
+    if (!a && !b) table.fail(node, "'repeat' increases a body's number; name one like 'plank.0' as 'a' or 'b'");
     const auto position = [&] { return scene_.bodies[b ? joint.b : joint.a].pose.position; };
     const Vec3 start = position();
     for (std::uint64_t i = 1; i < static_cast<std::uint64_t>(count); ++i) {

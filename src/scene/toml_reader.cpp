@@ -184,7 +184,8 @@ std::size_t TomlTable::choice_index(std::string_view key, std::span<const std::s
   std::string word;
   read(key, word);
   const auto found = std::find(words.begin(), words.end(), word);
-  if (found == words.end()) fail(*find(key), quoted(word) + " is no " + std::string(key) + suggestion(word, words));
+  if (found == words.end())
+    fail(*find(key), quoted(word) + " is not a valid " + std::string(key) + suggestion(word, words));
   return static_cast<std::size_t>(found - words.begin());
 }
 

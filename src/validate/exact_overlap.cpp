@@ -167,7 +167,7 @@ Solid::Solid(const Shape& shape, const Pose& pose) : radius(to_double(shape.radi
     case ShapeType::mesh:
     case ShapeType::height_field:
     case ShapeType::compound:
-      throw Error(ErrorCode::invalid_argument, "a surface or a compound is no solid");
+      throw Error(ErrorCode::invalid_argument, "a surface or a compound is not a solid");
   }
   find_bounds();
 }

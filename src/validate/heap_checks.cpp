@@ -391,7 +391,7 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   if (has_joints && rests) judge_joints_at_rest(run, record);
   if (sleeps) record.at_most("bodies awake at 30 s", run.awake(), 0).known = known_of_heaps;
   record.at_most("hashes that differ with 1, 2 and 4 threads", hashes_that_differ(heap, setup, hash), 0);
-  if (copy) record.at_most("restored copies that go on otherwise", copy->differs(), 0);
+  if (copy) record.at_most("restored copies that continue differently", copy->differs(), 0);
   return record;
 }
 

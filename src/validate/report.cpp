@@ -70,10 +70,10 @@ std::string to_html(std::span<const Result> results, const Setup& setup, const C
   const Tally sum = tally(results);
   std::string html = fmt::format(
       "<p>{} of {} checks pass; {} fail as known, {} fail.</p>\n"
-      "<p class='faint'>Simulator {}, {} threads, {} suite · fathom {} ({}), {} build, {} · {} · {}</p>\n",
+      "<p class='faint'>Simulator {}, {} thread{}, {} suite · fathom {} ({}), {} build, {} · {} · {}</p>\n",
       sum.passed, sum.checks, sum.known, sum.checks - sum.passed - sum.known, escaped(name_of(setup)), setup.threads,
-      setup.full ? "full" : "short", escaped(c.version), escaped(c.commit), escaped(c.build_type), escaped(c.compiler),
-      escaped(c.machine), escaped(c.date));
+      setup.threads == 1 ? "" : "s", setup.full ? "full" : "short", escaped(c.version), escaped(c.commit),
+      escaped(c.build_type), escaped(c.compiler), escaped(c.machine), escaped(c.date));
   if (c.interrupted) html += "<p>The suite was interrupted: these are the cases that ended before.</p>\n";
   std::string group;
   for (const Result& result : results) {

@@ -37,7 +37,7 @@ constexpr auto table = std::to_array<Case>({
     {"SimBenchmark", "bouncing", "49 balls bounce for 20 s and keep their energy.", bouncing},
     {"SimBenchmark", "666", "216 balls fall into a heap without friction; how deep they overlap.", spheres_666},
     {"SimBenchmark", "elastic-666", "The same, elastic: how well energy is kept.", elastic_666},
-    {"SimBenchmark", "rolling", "A plate with 25 balls is pushed with 150 N; velocities beside the exact ones.",
+    {"SimBenchmark", "rolling", "A plate with 25 balls is pushed with 150 N; velocities compared with the exact ones.",
      rolling},
     {"SimBenchmark", "kapla", "A tower of 102 blocks stands for 60,000 steps.", kapla},
     {"stability", "tall-stack", "Columns of cubes stand for 60 s.", tall_stack},
@@ -74,7 +74,8 @@ constexpr auto table = std::to_array<Case>({
      joint_mechanisms},
     {"joints", "joints-wedged", "A wrecking ball on a light chain swings into a wall of crates.", joint_wedged},
     {"heaps", "heaps",
-     "Random heaps of all shapes, sizes, densities, floors and time steps: nobody is lost, all comes to rest.", heaps},
+     "Random heaps of all shapes, sizes, densities, floors and time steps: no body is lost, everything comes to rest.",
+     heaps},
     {"heaps", "heaps-on-surfaces", "The same bodies on triangle meshes and height fields: waves and hills.",
      heaps_on_surfaces},
     {"seams", "seams", "Nothing catches on the seams of tiles, meshes and compounds; what sticks out stops.", seams},
@@ -89,7 +90,7 @@ constexpr auto table = std::to_array<Case>({
     {"precision", "far-from-origin", "Quality at 0, 1, 10 and 100 km.", far_from_origin},
     {"determinism", "golden-states", "The environments give the committed hashes at any number of threads.",
      golden_states},
-    {"hostile input", "isolation", "A body pushed to infinity is taken out and nobody notices.", isolation},
+    {"hostile input", "isolation", "A body pushed to infinity is isolated, and the others do not notice.", isolation},
     {"hostile input", "extreme-values", "Absurd velocities, masses and places stay where they are.", extreme_values},
 });
 

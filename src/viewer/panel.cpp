@@ -174,7 +174,7 @@ void show_counts(const Session& session, const ViewState& state) {
                      static_cast<double>(1000 / std::max(state.frame_ms, 0.01f)));
   ImGui::TextWrapped("%u bodies, %u awake, %u islands", session.world().body_count(), c.active, c.islands);
   ImGui::TextWrapped("%u pairs, %u touch at %u points", c.pairs, c.manifolds, c.points);
-  ImGui::TextWrapped("%u colours, %u beyond them, %.1f MiB", c.colours, c.overflow,
+  ImGui::TextWrapped("%u colours, %u contacts in none, %.1f MiB", c.colours, c.overflow,
                      static_cast<double>(c.memory_bytes) / (1024 * 1024));
 }
 
@@ -202,14 +202,14 @@ void draw_help(float left) {
   ImGui::SetNextWindowSizeConstraints({200, 100}, {std::max(200.0f, screen.x - left - 16), screen.y - 16});
   ImGui::Begin("Help", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse);
   static constexpr const char* lines[][2] = {{"left button on a body", "drag it"},
-                                             {"left beside, right button", "turn"},
-                                             {"middle button, Shift", "move"},
-                                             {"wheel", "nearer, farther"},
+                                             {"left (beside bodies), right", "turn"},
+                                             {"middle, or with Shift", "move"},
+                                             {"wheel", "zoom"},
                                              {"W A S D, Q E", "fly"},
                                              {"F", "shoot a box"},
-                                             {"Space", "pause, go on"},
+                                             {"Space", "pause, continue"},
                                              {".", "one step"},
-                                             {"R", "begin anew"},
+                                             {"R", "start again"},
                                              {"Z", "undo"},
                                              {"C", "see everything"},
                                              {"1 to 7", "overlays, as in View"},
@@ -219,7 +219,7 @@ void draw_help(float left) {
                                              {"Tab", "panel"},
                                              {"P", "picture: fathom.png"},
                                              {"H, F1", "this help"},
-                                             {"Esc", "end"},
+                                             {"Esc", "quit"},
                                              {"drop a scene file", "open it"}};
   for (const auto& line : lines) {
     ImGui::TextUnformatted(line[0]);
@@ -249,7 +249,7 @@ PanelRequest draw_panel(const Session& session, const std::vector<SimulatorChoic
     if (!last) ImGui::SameLine();
     return pressed;
   };
-  if (button(state.paused ? "Go on" : "Pause", false)) state.paused = !state.paused;
+  if (button(state.paused ? "Continue" : "Pause", false)) state.paused = !state.paused;
   if (button("Step", false)) state.paused = state.single_step = true;
   ImGui::BeginDisabled(session.undoable() == 0);
   request.undo = button("Undo", true);
@@ -259,7 +259,7 @@ PanelRequest draw_panel(const Session& session, const std::vector<SimulatorChoic
   if (button("Help", true)) state.show_help = !state.show_help;
   if (!state.message.empty()) ImGui::TextWrapped("%s", state.message.c_str());
   ImGui::TextWrapped("Simulated time per second of real time:");
-  ImGui::Text("%.2f s asked, %.2f s reached", static_cast<double>(state.speed),
+  ImGui::Text("%.2f s wanted, %.2f s achieved", static_cast<double>(state.speed),
               static_cast<double>(state.reached_speed));
   ImGui::PushItemWidth(-1);
   ImGui::SliderFloat("##speed", &state.speed, 0.05f, 4, "", ImGuiSliderFlags_Logarithmic);
