@@ -185,7 +185,13 @@ TEST_F(CampaignFolder, ReportNeedsNothingFromOutside) {
   EXPECT_THAT(html, Not(HasSubstr("nan")));
   for (const char* explained : {"R. J. S. Pereira", "<dt>drift</dt>", "<dt>native</dt>", "<dt>dissertation</dt>"})
     EXPECT_THAT(html, HasSubstr(explained));
-  EXPECT_LT(html.find("<th class='n whole'>Whole step</th>"), html.find("<th class='n'>Broad phase</th>"));
+  const std::size_t crossover = html.find("<h2 id='crossover'>");
+  for (const std::size_t from : {std::size_t{0}, crossover})
+    EXPECT_LT(html.find("<th class='n whole'>Whole step</th>", from),
+              html.find("<th class='n'>Broad phase</th>", from));
+  EXPECT_THAT(html, HasSubstr("Every step of 0.5 s of simulated time"));
+  EXPECT_THAT(html, HasSubstr("campaign of 30 steps"));
+  EXPECT_THAT(html, HasSubstr("all numbers of threads agree in all 2 scenes"));
 }
 
 TEST_F(CampaignFolder, PeersThatWereCutShortAreMarked) {

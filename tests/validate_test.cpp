@@ -96,6 +96,15 @@ TEST(Report, PlotsLeaveOutWhatTheirAxesCannotShow) {
   EXPECT_THAT(page::to_svg(plot), testing::HasSubstr("</svg>"));
 }
 
+TEST(Report, ACurveOfOnePointHasAMark) {
+  Plot plot{"p", "x", "y", true, false, {}};
+  plot.curves.push_back({"published", {100}, {2}, 6, true});
+  EXPECT_THAT(page::to_svg(plot), testing::HasSubstr("reference mark"));
+  EXPECT_THAT(page::legend_of(plot), testing::HasSubstr("reference mark"));
+  plot.curves.front().add(1000, 20);
+  EXPECT_THAT(page::to_svg(plot), testing::Not(testing::HasSubstr("mark")));
+}
+
 TEST(Report, ErrorOfTheEngineIsAFailedCheck) {
   const Result result = run_case(throwing, {});
   ASSERT_EQ(result.record.checks.size(), 1u);

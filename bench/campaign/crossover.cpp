@@ -27,9 +27,9 @@ std::string rounded(double bodies) {
 std::string row(const std::string& name, const std::string& css,
                 const std::function<std::optional<Crossover>(const Stage&)>& of) {
   std::string html = fmt::format("<tr class='{}'><td>{}</td>", css, page::escaped(name));
-  for (const Stage& stage : stages()) {
-    const std::optional<Crossover> found = of(stage);
-    html += fmt::format("<td class='n'>{}</td>", found ? found->text() : "–");
+  for (const std::size_t k : column_order) {
+    const std::optional<Crossover> found = of(stages()[k]);
+    html += fmt::format("<td class='n{}'>{}</td>", k == whole_step ? " whole" : "", found ? found->text() : "–");
   }
   return html + "</tr>\n";
 }
@@ -90,13 +90,14 @@ std::vector<std::string> device_labels(const View& view) {
 
 std::string crossover_section(const View& view) {
   std::string html =
-      "<h2 id='crossover'>Crossover</h2>\n<p>From how many bodies each device beats the native simulator, stage by "
-      "stage: "
-      "against the fastest number of threads measured, with the same set of algorithms, interpolated between the sizes "
-      "measured. Published devices are compared with the published processor.</p>\n";
+      "<h2 id='crossover'>Crossover</h2>\n<p>From how many bodies on each device beats the native simulator, on "
+      "the whole step and stage by stage: against the fastest number of threads measured, with the same set of "
+      "algorithms, interpolated between the sizes measured. Published devices are compared with the published "
+      "processor.</p>\n";
   for (const std::string& environment : view.environments()) {
     html += fmt::format("<h3>{}</h3>\n<table><tr><th></th>", environment);
-    for (const Stage& stage : stages()) html += fmt::format("<th class='n'>{}</th>", stage.name);
+    for (const std::size_t k : column_order)
+      html += fmt::format("<th class='n{}'>{}</th>", k == whole_step ? " whole" : "", stages()[k].name);
     html += "</tr>\n";
     for (const std::string& label : device_labels(view))
       html += row(label, "", [&](const Stage& stage) { return crossover(duels(view, environment, label, stage)); });

@@ -13,9 +13,7 @@ namespace {
 
 using page::escaped;
 
-constexpr std::size_t columns = published_stages + 1, whole = published_stages;
-/// The whole step comes first: it is what counts.
-constexpr std::array<std::size_t, columns> order{whole, 0, 1, 2};
+constexpr std::size_t columns = column_order.size();
 
 /// For each stage, this machine's fastest run over the steps that all runs made, and the fastest published time.
 struct Best {
@@ -39,7 +37,7 @@ Best best_of(const std::vector<const Measurement*>& runs, const std::vector<cons
 }
 
 std::string cell(double value, bool best, std::size_t column) {
-  return fmt::format("<td class='n{}'><span{}>{}</span></td>", column == whole ? " whole" : "",
+  return fmt::format("<td class='n{}'><span{}>{}</span></td>", column == whole_step ? " whole" : "",
                      best ? " class='best'" : "", figure(value));
 }
 
@@ -48,7 +46,7 @@ std::string row_of(const Measurement& run, const Best& best) {
   if (!run.reported())
     return html + fmt::format("<td colspan='4' class='{}'>{}</td></tr>\n", run.skipped.empty() ? "fail" : "faint",
                               escaped(run.skipped.empty() ? "refused: " + run.refused : "not run: " + run.skipped));
-  for (const std::size_t k : order)
+  for (const std::size_t k : column_order)
     html += cell((run.summary.stages.*stages()[k].statistics).mean, &run == best.ours[k], k);
   if (!run.failing.empty()) html += fmt::format("<td class='fail'>{}</td>", escaped(run.failing));
   return html + "</tr>\n";
@@ -56,7 +54,7 @@ std::string row_of(const Measurement& run, const Best& best) {
 
 std::string row_of(const PublishedRow& row, const Best& best) {
   std::string html = fmt::format("<tr class='published'><td>published: {}</td>", escaped(row.hardware));
-  for (const std::size_t k : order) {
+  for (const std::size_t k : column_order) {
     const double mean = stages()[k].published(row);
     html += cell(mean, mean == best.published[k], k);
   }
@@ -65,8 +63,8 @@ std::string row_of(const PublishedRow& row, const Best& best) {
 
 std::string table_of(const View& view, const std::string& environment) {
   std::string html = fmt::format("<h3>{}</h3>\n<table><tr><th></th>", environment);
-  for (const std::size_t k : order)
-    html += fmt::format("<th class='n{}'>{}</th>", k == whole ? " whole" : "", stages()[k].name);
+  for (const std::size_t k : column_order)
+    html += fmt::format("<th class='n{}'>{}</th>", k == whole_step ? " whole" : "", stages()[k].name);
   html += "</tr>\n";
   for (const std::int64_t bodies : view.sizes(environment)) {
     const std::vector<const Measurement*> runs = view.table_runs(environment, bodies);

@@ -153,20 +153,22 @@ std::string company(const View& view) {
 
 std::string threads_text(const View& view) {
   std::string best;
-  double gain = 0;
+  double gain = 1;
+  bool compared = false;
   for (const std::string& environment : view.environments())
     for (const std::int64_t bodies : view.sizes(environment)) {
       const std::vector<const Measurement*> runs = view.native_runs(environment, bodies, "fathom");
       if (runs.size() < 2 || runs.front()->what.threads != 1) continue;
       const Measurement* fastest = view.fastest_native(environment, bodies, "fathom");
+      compared = true;
       const auto [one, best_ms] = means_of_common_steps(*runs.front(), *fastest, stages().back());
       if (one / best_ms <= gain) continue;
       gain = one / best_ms;
       best = fmt::format("{} {} with {}", environment, grouped(bodies),
                          counted(static_cast<std::uint64_t>(fastest->what.threads), "thread"));
     }
-  return best.empty() ? best
-                      : fmt::format("More threads gain most in {}: {} times one thread's speed.", best, figure(gain));
+  if (best.empty()) return compared ? "More threads than one gained nothing." : "";
+  return fmt::format("More threads gain most in {}: {} times one thread's speed.", best, figure(gain));
 }
 
 /// Whether all threads and devices ended in the same state for the same scene and algorithms.

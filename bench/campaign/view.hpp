@@ -1,6 +1,7 @@
 // The report's view of a campaign: one run per case, found by scene and simulator.
 #pragma once
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,10 @@ struct Stage {
 /// Broad phase, narrow phase, collision resolution; then the whole step.
 const std::vector<Stage>& stages();
 inline constexpr std::size_t published_stages = 3;
+/// Of `stages`, the whole step.
+inline constexpr std::size_t whole_step = published_stages;
+/// The columns of tables as indices of `stages`. The whole step comes first: it is what counts.
+inline constexpr std::array<std::size_t, published_stages + 1> column_order{whole_step, 0, 1, 2};
 
 class View {
  public:

@@ -21,7 +21,7 @@ td.n,th.n{text-align:right}tr.published td{color:var(--faint)}tr.group td{border
 .pass{color:var(--pass)}.fail{color:var(--fail);font-weight:600}.known{color:var(--known)}
 figure{margin:.4rem 0}svg{width:100%;max-width:42rem;background:var(--card);border-radius:6px;margin:.4rem 0}
 svg text{font:11px system-ui,sans-serif;fill:var(--faint)}svg .title{font-weight:600;fill:var(--text)}
-.grid{stroke:var(--line)}.c4,.c5,.c6,.c7{stroke-dasharray:7 2}.curve{fill:none;stroke-width:1.8}.again{stroke-dasharray:2 2.5}.mark{stroke-dasharray:none}.reference{stroke-width:1.2;stroke-dasharray:2 4}
+.grid{stroke:var(--line)}.c4,.c5,.c6,.c7{stroke-dasharray:7 2}.curve{fill:none;stroke-width:1.8}.again{stroke-dasharray:2 2.5}.reference{stroke-width:1.2;stroke-dasharray:2 4}.mark{stroke-dasharray:none}
 .c0{stroke:var(--c0);color:var(--c0)}.c1{stroke:var(--c1);color:var(--c1)}.c2{stroke:var(--c2);color:var(--c2)}.c3{stroke:var(--c3);color:var(--c3)}
 .c4{stroke:var(--c4);color:var(--c4)}.c5{stroke:var(--c5);color:var(--c5)}.c6{stroke:var(--c6);color:var(--c6)}.c7{stroke:var(--c7);color:var(--c7)}
 svg text.name{stroke:none;fill:currentColor}figure.large svg{max-width:none}
@@ -36,6 +36,7 @@ dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem}dt{font-wei
 a{color:var(--c0)}li{margin:.2rem 0}
 @media print{tr.group{break-after:avoid}body{max-width:none;margin:0;font-size:10pt}nav{display:none}h2,h3,tr:first-child,figcaption{break-after:avoid}
 .wide{overflow:visible}table{font-size:8.5pt}th,td{padding:.15rem .35rem}
+details::details-content{content-visibility:visible;block-size:auto}summary{list-style:none}
 tr,figure,.panels svg,.pictures img{break-inside:avoid}svg,.card{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 @media screen and (max-width:48rem){.panels,.pictures{grid-template-columns:1fr}nav{columns:1}}
 )";

@@ -97,6 +97,11 @@ std::string mark(int kind, double x, double y, const std::string& classes) {
   }
 }
 
+/// Whether the curve's points are marked. A single point has no line to be seen by.
+bool is_marked(const Plot& plot, const Curve& curve) {
+  return (plot.markers && !curve.reference) || curve.x.size() == 1;
+}
+
 std::string marks_of(const Curve& curve, std::size_t index, const Axis& x, const Axis& y) {
   std::string marks;
   for (std::size_t i = 0; i < curve.x.size(); ++i)
@@ -131,8 +136,7 @@ std::string legend_inside(const Plot& plot) {
     const double x = left + 190.0 * static_cast<double>(i % 3), y = plot.height + 2 + 16.0 * static_cast<double>(i / 3);
     svg += fmt::format("<line class='{}' x1='{}' x2='{}' y1='{}' y2='{}'/><text x='{}' y='{}'>{}</text>",
                        classes(plot.curves[i], i), x, x + 18, y, y, x + 24, y + 4, escaped(plot.curves[i].name));
-    if (plot.markers && !plot.curves[i].reference)
-      svg += mark(static_cast<int>(i), x + 9, y, classes(plot.curves[i], i));
+    if (is_marked(plot, plot.curves[i])) svg += mark(static_cast<int>(i), x + 9, y, classes(plot.curves[i], i));
   }
   return svg;
 }
@@ -179,7 +183,7 @@ std::string to_svg(const Plot& plot) {
     const Curve& curve = plot.curves[i];
     if (const std::string path = path_of(curve, x, y); !path.empty())
       svg += fmt::format("<path class='{}' d='{}'/>", classes(curve, i), path);
-    if (plot.markers && !curve.reference) svg += marks_of(curve, i, x, y);
+    if (is_marked(plot, curve)) svg += marks_of(curve, i, x, y);
   }
   if (plot.names_at_ends) svg += names_of(plot, x, y);
   if (plot.legend) svg += legend_inside(plot);
@@ -190,10 +194,9 @@ std::string legend_of(const Plot& plot) {
   std::string html = "<div class='legend'>";
   for (std::size_t i = 0; i < plot.curves.size(); ++i) {
     const std::string look = classes(plot.curves[i], i);
-    html +=
-        fmt::format("<span><svg viewBox='0 0 26 10'><line class='{}' x1='1' x2='25' y1='5' y2='5'/>{}</svg>{}</span>",
-                    look, plot.markers && !plot.curves[i].reference ? mark(static_cast<int>(i), 13, 5, look) : "",
-                    escaped(plot.curves[i].name));
+    html += fmt::format(
+        "<span><svg viewBox='0 0 26 10'><line class='{}' x1='1' x2='25' y1='5' y2='5'/>{}</svg>{}</span>", look,
+        is_marked(plot, plot.curves[i]) ? mark(static_cast<int>(i), 13, 5, look) : "", escaped(plot.curves[i].name));
   }
   return html + "</div>\n";
 }
