@@ -37,7 +37,7 @@ void declare_replay(CLI::App& command, ReplayOptions& options) {
       ->type_name("FILE");
   command.add_option("--threads", options.threads, "Threads, 0 for one per core (0)")
       ->type_name("N")
-      ->check(whole_number(0, 1024));
+      ->check(whole_number(0, WorldDef::max_threads));
   command.add_option("--device", options.device, "Device of a run of the device simulator (auto)")->type_name("DEVICE");
   command.add_flag("--quiet", options.quiet, "Print nothing unless something differs");
   command.footer(

@@ -49,7 +49,7 @@ void declare_simulator_choice(CLI::App& command, SimulatorOptions& options, cons
       ->type_name("DEVICE");
   command.add_option("--threads", options.threads, "Threads, 0 for one per core (0)")
       ->type_name("N")
-      ->check(whole_number(0, 1024));
+      ->check(whole_number(0, WorldDef::max_threads));
 }
 
 void declare_simulator(CLI::App& command, RunOptions& options) {
@@ -89,7 +89,7 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
       ->check(whole_number(1, 1000));
   command.add_option("--substeps", options.substeps, "Substeps of a step (4)")
       ->type_name("N")
-      ->check(whole_number(1, 1000));
+      ->check(whole_number(1, SolverSettings::max_substeps));
   declare_choice<bool>(command, "--sleep", options.sleep, {{"on", true}, {"off", false}},
                        "Whether resting islands sleep (off in the environments)");
 }

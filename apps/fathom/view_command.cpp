@@ -54,6 +54,7 @@ void remember(const ViewOptions& options, viewer::ViewerSettings& settings) {
   const viewer::ViewerSettings defaults;
   if (options.overlays.empty()) settings.overlays = last.overlays;
   if (settings.colouring == defaults.colouring) settings.colouring = last.colouring;
+  if (!settings.look) settings.look = last.look;
   if (settings.width == defaults.width && settings.height == defaults.height)
     settings.width = last.width, settings.height = last.height;
   settings.speed = last.speed;

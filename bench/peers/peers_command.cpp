@@ -73,7 +73,7 @@ void declare(CLI::App& app, Options& options) {
   app.add_option("--threads", options.threads, "Numbers of threads to run with (1,2)")
       ->delimiter(',')
       ->type_name("LIST")
-      ->check(whole_number_between(1, 1024));
+      ->check(whole_number_between(1, WorldDef::max_threads));
   app.add_option("--steps", options.steps, "Steps per run (600; quick: 200)")
       ->type_name("N")
       ->check(whole_number_between(1, 1'000'000));

@@ -53,12 +53,14 @@ enum class Partition : std::uint8_t {
 
 /// Parameters of the solver.
 struct SolverSettings {
+  static constexpr int max_substeps = 1000;  ///< of a step
+
   Solver method = Solver::soft;  ///< soft constraints or sequential impulses
   bool warm_start = true;        ///< contacts start from their last impulses; otherwise from zero in each substep
   /// Mechanisms of rigid joints are solved directly by `soft`; otherwise by sweeps, like contacts: several times as
   /// fast, but their joints open by millimetres, and by more under heavy loads (docs/joints.md).
   bool direct_joints = true;
-  int substeps = 4;         ///< ≥ 1
+  int substeps = 4;         ///< 1 to `max_substeps`
   int iterations = 10;      ///< sweeps per substep of `impulse`; `soft` makes one, and one relax sweep
   int marking_rounds = 32;  ///< 1 to 255, for `Partition::cells` on a device: the maximum number of batches per cell
   /// Stiffness of contacts, doubled against static bodies; limited to 0.15 of the substep rate (36 Hz at 4 substeps and
@@ -92,6 +94,8 @@ enum class SimulatorKind : std::uint8_t {
 
 /// What a world is created from.
 struct WorldDef {
+  static constexpr int max_threads = 1024;  ///< of a world
+
   SimulatorKind simulator = SimulatorKind::native;  ///< what runs the step
   /// For the device simulator: `auto` (the first GPU, else the host), `host`, `cuda[:index]` or `sycl[:index]`.
   std::string device = "auto";
@@ -105,7 +109,7 @@ struct WorldDef {
   bool copy_results = true;
   Vec3 gravity{0, 0, -9.81f};                           ///< m/s²
   float dt = 1.0f / 60.0f;                              ///< s, the fixed time step
-  int threads = 0;                                      ///< 0: all of the machine's
+  int threads = 0;                                      ///< up to `max_threads`; 0: all of the machine's
   BroadPhase broad_phase = BroadPhase::tree;            ///< how pairs are found
   Vec3 sweep_axis{0.8017837f, 0.5345225f, 0.2672612f};  ///< for `sweep`: components ≥ 0, not all 0
   Partition partition = Partition::colours;             ///< which contacts are solved at the same time

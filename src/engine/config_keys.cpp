@@ -175,7 +175,7 @@ std::vector<ConfigKey> simulator_keys() {
           "simulator.fallback", "go on with the native simulator where the device is not there",
           [](auto& s) -> auto& { return s.simulator.fallback; }),
       integer(
-          "simulator.threads", "0: as many as the machine has", 0, 1024,
+          "simulator.threads", "0: as many as the machine has", 0, WorldDef::max_threads,
           [](auto& s) -> auto& { return s.simulator.threads; }),
       choice<SimulationMode>(
           "simulator.mode", "how the game keeps step with the simulation: lockstep, ahead, async",
@@ -190,7 +190,8 @@ std::vector<ConfigKey> simulator_keys() {
       real(
           "simulator.dt", "s, the fixed time step", 1e-6, 1, [](auto& s) -> auto& { return s.simulator.dt; }),
       integer(
-          "simulator.substeps", "of a step", 1, 1000, [](auto& s) -> auto& { return s.simulator.substeps; }),
+          "simulator.substeps", "of a step", 1, SolverSettings::max_substeps,
+          [](auto& s) -> auto& { return s.simulator.substeps; }),
       choice<Preset>(
           "simulator.preset", "algorithms: fathom, dissertation; the keys below change parts of it",
           {{"fathom", Preset::fathom}, {"dissertation", Preset::dissertation}},

@@ -77,7 +77,7 @@ void read_solver(const TomlTable& root, Scene& scene) {
                  table.read("warm_start", solver.warm_start);
                  table.read("direct_joints", solver.direct_joints);
                  table.read("marking_rounds", solver.marking_rounds, 1, 255);
-                 table.read("substeps", solver.substeps, 1, 1000);
+                 table.read("substeps", solver.substeps, 1, SolverSettings::max_substeps);
                  table.read("iterations", solver.iterations, 1, 1000);
                  table.read("contact_hertz", solver.contact_hertz, Range::positive);
                  table.read("contact_damping_ratio", solver.contact_damping_ratio, Range::not_negative);
@@ -107,7 +107,7 @@ void read_simulator(const TomlTable& root, Scene& scene) {
         table.read_choice<SimulatorKind>("kind", world.simulator, simulators);
         table.read("device", world.device);
         table.read("ahead", world.ahead, 0, 16);
-        table.read("threads", world.threads, 0, 1024);
+        table.read("threads", world.threads, 0, WorldDef::max_threads);
         table.read_choice<BroadPhase>("broad_phase", world.broad_phase, broad_phases);
         table.read_choice<Partition>("partition", world.partition, partitions);
         table.read("sweep_axis", world.sweep_axis, Range::not_negative);

@@ -70,11 +70,11 @@ OverlayChoice parse_overlays(const std::string& list) {
 
 void add_overlays(const World& world, const OverlayChoice& choice, OverlayMarks& marks) {
   render::add_sensor_marks(world, marks.hidden);
+  std::vector<Mark>& shown = choice.see_through ? marks.on_top : marks.hidden;
   if (choice.boxes) {
     for (const BodyId id : world.bodies())
-      if (!render::is_ground(world, id)) add_box(world.bounds(id), marks.hidden);
+      if (!render::is_ground(world, id)) add_box(world.bounds(id), shown);
   }
-  std::vector<Mark>& shown = choice.see_through ? marks.on_top : marks.hidden;
   if (choice.joints) render::add_joint_marks(world, shown);
   if (choice.reactions) render::add_reaction_marks(world, shown);
   if (!choice.points && !choice.normals && !choice.impulses && !choice.graph) return;

@@ -27,8 +27,7 @@ struct OverlayChoice {
 /// Parses a list like "boxes,points". Throws `Error{invalid_argument}` for an unknown word.
 OverlayChoice parse_overlays(const std::string& list);
 
-/// Marks for a world, with outlines of its sensors. Bodies hide them; with `see_through`, only boxes and sensors are
-/// hidden.
+/// Marks for a world, with outlines of its sensors. Bodies hide them; with `see_through`, only sensors are hidden.
 struct OverlayMarks {
   std::vector<render::Mark> hidden, on_top;
 };

@@ -103,11 +103,11 @@ bool choose_scene(const Session& session, const std::vector<SimulatorChoice>& si
   changed |= choose<BroadPhase>("broad phase", choice.broad_phase, def.broad_phase,
                                 {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}});
   int threads = choice.threads.value_or(def.threads), substeps = choice.substeps.value_or(def.solver.substeps);
-  if (ImGui::InputInt("threads", &threads) && threads >= 1 && threads <= 256) {
+  if (ImGui::InputInt("threads", &threads) && threads >= 1 && threads <= WorldDef::max_threads) {
     choice.threads = threads;
     changed = true;
   }
-  if (ImGui::InputInt("substeps", &substeps) && substeps >= 1 && substeps <= 64) {
+  if (ImGui::InputInt("substeps", &substeps) && substeps >= 1 && substeps <= SolverSettings::max_substeps) {
     choice.substeps = substeps;
     changed = true;
   }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <type_traits>
 
 #include "files/output_file.hpp"
 
@@ -28,6 +29,12 @@ void for_each(P& p, Visit visit) {
   visit("reactions", p.overlays.reactions, 0, 1);
   visit("see_through", p.overlays.see_through, 0, 1);
   visit("colouring", p.colouring, 0, static_cast<double>(render::Colouring::island));
+  int look = p.look ? static_cast<int>(*p.look) : -1;
+  visit("look", look, -1, static_cast<double>(render::LookKind::water));
+  if constexpr (!std::is_const_v<P>) {
+    p.look.reset();
+    if (look >= 0) p.look = static_cast<render::LookKind>(look);
+  }
 }
 
 }  // namespace

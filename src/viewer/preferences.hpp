@@ -1,8 +1,10 @@
 // What the window remembers between runs.
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "render/look.hpp"
 #include "render/world_colours.hpp"
 #include "viewer/overlays.hpp"
 
@@ -14,6 +16,7 @@ struct Preferences {
   bool show_panel = true;
   OverlayChoice overlays;
   render::Colouring colouring = render::Colouring::start;
+  std::optional<render::LookKind> look;  ///< absent: the scene's own
 
   friend bool operator==(const Preferences&, const Preferences&) = default;
 };

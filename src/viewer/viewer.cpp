@@ -66,7 +66,8 @@ class Viewer {
   }
 
   Preferences preferences() const {
-    return {window_.width(), window_.height(), state_.speed, state_.show_panel, state_.overlays, state_.colouring};
+    return {window_.width(), window_.height(), state_.speed,  state_.show_panel,
+            state_.overlays, state_.colouring, settings_.look};
   }
 
   ViewResult result() const {
@@ -85,12 +86,22 @@ class Viewer {
   int scene_width() const { return window_.width() - scene_left(); }
   float aspect() const { return static_cast<float>(scene_width()) / static_cast<float>(window_.height()); }
 
+  /// The scene's look where nobody chose one.
+  LookKind own_look() const {
+    return length_squared(session_.world().gravity()) == 0 ? LookKind::water : LookKind::daylight;
+  }
+  /// For this scene, those that follow, and the next run.
+  void choose_look(LookKind look) {
+    state_.look = look;
+    settings_.look.reset();
+    if (look != own_look()) settings_.look = look;
+  }
+
   void begin_scene() {
     picture_ = {};
     owed_ = 0;
     picture_.update(session_.world(), renderer_, state_.colouring);
-    const bool weightless = length_squared(session_.world().gravity()) == 0;
-    state_.look = settings_.look.value_or(weightless ? LookKind::water : LookKind::daylight);
+    state_.look = settings_.look.value_or(own_look());
     frame_all();
     window_.set_title(session_.scene().name + " · Fathom");
   }
@@ -168,7 +179,9 @@ class Viewer {
     renderer_.draw(frame, target_->framebuffer(), width, height);
     target_->copy_to_window(left);
     window_.begin_panel();
+    const LookKind look = state_.look;
     const PanelRequest request = draw_panel(session_, settings_.simulators, state_);
+    if (state_.look != look) choose_look(state_.look);
     window_.draw_panel();
     if (request.undo) undo();
     if (request.choice) choose(*request.choice);
@@ -303,7 +316,7 @@ class Viewer {
         toggle_colouring(Colouring::speed);
         break;
       case GLFW_KEY_U:
-        state_.look = state_.look == LookKind::water ? LookKind::daylight : LookKind::water;
+        choose_look(state_.look == LookKind::water ? LookKind::daylight : LookKind::water);
         break;
       case GLFW_KEY_TAB:
         state_.show_panel = !state_.show_panel;

@@ -288,13 +288,15 @@ void check_world(const WorldDef& def) {
   require_positive(def.dt, action, "dt");
   if (def.dt > 1 || def.dt < 1e-6f)
     refuse("create world: dt is " + text(def.dt) + " s; it must be between 1e-6 and 1 s, typically 1/60");
-  if (def.threads < 0 || def.threads > 1024)
-    refuse("create world: threads is " + std::to_string(def.threads) + "; it must be 0 (all of the machine's) to 1024");
+  if (def.threads < 0 || def.threads > WorldDef::max_threads)
+    refuse("create world: threads is " + std::to_string(def.threads) + "; it must be 0 (all of the machine's) to " +
+           std::to_string(WorldDef::max_threads));
   if (def.ahead < 0 || def.ahead > 16)
     refuse("create world: ahead is " + std::to_string(def.ahead) + "; it must be 0 to 16 steps, typically 0 or 2");
   const SolverSettings& s = def.solver;
-  if (s.substeps < 1 || s.substeps > 1000)
-    refuse("create world: solver.substeps is " + std::to_string(s.substeps) + "; it must be 1 to 1000");
+  if (s.substeps < 1 || s.substeps > SolverSettings::max_substeps)
+    refuse("create world: solver.substeps is " + std::to_string(s.substeps) + "; it must be 1 to " +
+           std::to_string(SolverSettings::max_substeps));
   if (s.iterations < 1 || s.iterations > 1000)
     refuse("create world: solver.iterations is " + std::to_string(s.iterations) + "; it must be 1 to 1000");
   if (s.marking_rounds < 1 || s.marking_rounds > 255)
