@@ -101,7 +101,7 @@ TEST_F(Pictures, ARecordingBeginsAtItsBeginningAndSaysWhereItEnds) {
     const Outcome beyond = shell(render + recording + " --at 0.5,100 -o shots" + small);
     EXPECT_EQ(beyond.exit_code, 2);
     EXPECT_EQ(beyond.err, std::string("fathom: ") + recording +
-                              " ends at 0.5 s; of what was asked for up to 100 s the rest is not there\n");
+                              " ends at 0.5 s, but times up to 100 s were asked for; ask for earlier ones\n");
     EXPECT_EQ(std::distance(fs::directory_iterator(path("shots")), fs::directory_iterator()), 1);
     fs::remove_all(path("shots"));
     // Times nearest to the first or the last state are available.

@@ -202,7 +202,7 @@ void draw_help(float left) {
   ImGui::SetNextWindowSizeConstraints({200, 100}, {std::max(200.0f, screen.x - left - 16), screen.y - 16});
   ImGui::Begin("Help", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse);
   static constexpr const char* lines[][2] = {{"left button on a body", "drag it"},
-                                             {"left (beside bodies), right", "turn"},
+                                             {"left elsewhere, right", "turn"},
                                              {"middle, or with Shift", "move"},
                                              {"wheel", "zoom"},
                                              {"W A S D, Q E", "fly"},
