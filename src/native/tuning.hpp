@@ -13,7 +13,8 @@ namespace fathom::native {
 inline constexpr double work_of_body = 60e-9;       ///< s per active body, about
 inline constexpr double work_of_manifold = 200e-9;  ///< s per manifold, about
 inline constexpr double work_of_joint = 400e-9;     ///< s per joint's sweeps, about: in nets 260 ns, in chains 1.1 µs
-/// s per body of a directly solved mechanism, about: 3.6 µs in a chain, 20 in a ragdoll (docs/performance.md).
+/// s per body of a directly solved mechanism, about: 3.6 µs in a chain, 20 in a ragdoll
+/// (docs/log/2026-11-25-joints-beside-box3d.md).
 inline constexpr double work_of_link = 4e-6;
 /// s of work below which a step begins on one thread (docs/architecture.md, Threads).
 inline constexpr double min_work_to_share = 80e-6;
