@@ -62,7 +62,7 @@ write_basic_package_version_file(fathomConfigVersion.cmake COMPATIBILITY SameMin
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/fathomConfig.cmake" "${CMAKE_CURRENT_BINARY_DIR}/fathomConfigVersion.cmake"
   DESTINATION ${FATHOM_PACKAGE_DIR} COMPONENT dev)
 
-# pkg-config, for the library alone. Whoever links the archive links Highway too.
+# pkg-config, for the library alone. Programs that link the archive link Highway too.
 set(FATHOM_PC_CFLAGS "")
 set(FATHOM_PC_REQUIRES "")
 if(BUILD_SHARED_LIBS)

@@ -27,7 +27,7 @@ function(fathom_target target)
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-restrict>
     # libstdc++ 12 sorts with what it calls deprecated.
     $<$<AND:$<CXX_COMPILER_ID:Clang>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,15>>:-Wno-deprecated-declarations>
-    # Same bits on every compiler and target: no contraction of a·b + c behind our back.
+    # Same bits on every compiler and target: no contraction of a·b + c.
     # g++ before 12.3 fuses them all the same where it vectorises straight-line code (GCC bug 107647).
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,12.3>>:-fno-tree-slp-vectorize>
     -ffp-contract=off -fno-math-errno -fno-trapping-math
@@ -56,7 +56,7 @@ function(fathom_target target)
     target_link_options(${target} PUBLIC -fsanitize=${FATHOM_SANITIZE})
     if(FATHOM_SANITIZE MATCHES "undefined")
       target_compile_options(${target} PRIVATE -fno-sanitize-recover=undefined)
-      # With each lane access of the constraint kernels checked, if only for its address, g++ was still at them after 20
+      # With each lane access of the constraint kernels checked, if only for its address, g++ had not finished after 20
       # minutes and 7 GB; without, at -O1, it takes two. They are arithmetic on rows that their callers hand over.
       set_source_files_properties(src/native/solver_kernels.cpp PROPERTIES COMPILE_OPTIONS "-fno-sanitize=all;-O1")
     endif()
@@ -78,8 +78,8 @@ function(fathom_unite target)
 endfunction()
 
 # fathom_precompile(<target> <header>…): what most of its sources include, which is a quarter to a third of the time that
-# they take to build. Nearly all objects are the same byte for byte. The preset `debug` does without, so that nobody gets
-# used to a header that he does not include.
+# they take to build. Nearly all objects are the same byte for byte. The preset `debug` does without, so that each
+# source includes what it uses.
 function(fathom_precompile target)
   target_precompile_headers(${target} PRIVATE ${ARGN})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

@@ -288,11 +288,11 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--marking-rounds", "999"}, "must be a whole number from 1 to 255, not 999"},
       {{"run", "drift", "--substeps", "1001"}, "must be a whole number from 1 to 1000, not 1001"},
       {{"run", "drift", "--simulator", "native", "--device", "host"},
-       "--device is what the simulators device and hybrid run on; leave it or --simulator native out"},
+       "--device applies to the simulators device and hybrid only; remove it or --simulator native"},
       {{"run", "drift", "--simulator", "native", "--set", "simulator.device=host"},
-       "--set simulator.device is what the simulators device and hybrid run on; leave it or --simulator native out"},
+       "--set simulator.device applies to the simulators device and hybrid only; remove it or --simulator native"},
       {{"run", "drift", "--set", "simulator.kind=native", "--device", "host"},
-       "--device is what the simulators device and hybrid run on; leave it or --set simulator.kind=native out"},
+       "--device applies to the simulators device and hybrid only; remove it or --set simulator.kind=native"},
 #ifdef FATHOM_HAS_RENDER
       {{"render"}, "see 'fathom render --help'"},
       {{"render", "drift", "--vidio", "x"}, "'fathom render' has no option --vidio; did you mean --video?"},
@@ -411,7 +411,7 @@ TEST_F(Program, FaultyScenesAreRefusedWithTheirPlaceAndARemedy) {
       {"[world]\ndt = 10\n" + body, "s.toml:2:6: 'dt' must be between 1e-6 and 1 s, not 10; typically 1/60"},
       {body + "motion = 'static'\nmass = 3", "s.toml:4:8: a static body has no 'mass'; remove it, or write motion ="},
       {"[simulator]\nkind = 'native'\ndevice = 'host'\n" + body,
-       "s.toml:3:10: 'device' is what the simulators device and hybrid run on; remove it or kind = \"native\""},
+       "s.toml:3:10: 'device' applies to the simulators device and hybrid only; remove it or kind = \"native\""},
       {body + "motion = 'sttic'", "s.toml:3:10: 'sttic' is not a valid motion; did you mean 'static'?"},
       {"[wrld]\n" + body, "s.toml:1:2: unknown key 'wrld' in a scene; did you mean 'world'?"},
   };

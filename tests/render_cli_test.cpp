@@ -229,7 +229,7 @@ TEST_F(Pictures, BadRequestsAreOneLineAndExitCode2) {
       {drift + "--at 0 --turn=-361", "--turn: must be a number from -360 to 360, not -361"},
       {drift + "--at 0 --zoom nan", "--zoom: must be a number from 0.05 to 50, not nan"},
       {drift + "--seconds nan --at 0", "must be a finite number greater than 0, not nan"},
-      {drift + "--video film", "film: has no ending, which tells a film's format; use .mp4, .mkv, .webm or .gif"},
+      {drift + "--video film", "film: a film needs an ending; use .mp4, .mkv, .webm or .gif"},
       {"fathom view drift --overlay points", "'fathom view' has no option --overlay; did you mean --overlays?"},
       {drift + "--at 1 --look night", "must be daylight|water, not night"},
       {drift + "--at 1 --colour mood", "must be island|speed|start, not mood"},
@@ -270,8 +270,9 @@ TEST_F(Pictures, AFilmThatFfmpegRefusesIsReported) {
       shell(std::string("fathom render drift --bodies 5 --video film.nonsense --seconds 0.1") + small);
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_EQ(outcome.err,
-            "fathom: film.nonsense: ends in .nonsense, but the ending tells a film's format; use .mp4, .mkv, .webm or "
-            ".gif\n");
+            "fathom: film.nonsense: .nonsense is not the ending of a film; use .mp4, .mkv, .webm or .gif\n");
+  EXPECT_EQ(shell("fathom render drift --at 0 -o pictures --video film.nonsense").exit_code, 2);
+  EXPECT_FALSE(fs::exists(path("pictures")));
   // An ffmpeg that gives up midway: reports its first message, and leaves nothing behind.
   std::ofstream(path("ffmpeg")) << "#!/bin/sh\nfor last; do :; done\necho \"${last#file:}: no room\" >&2\nexit 1\n";
   fs::permissions(path("ffmpeg"), fs::perms::owner_all);

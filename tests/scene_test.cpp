@@ -335,7 +335,7 @@ TEST(SceneFile, WhatAWorldRefusesHasItsPlace) {
       {"[world]\ndt = 1e-9\n" + body_with(""),
        "scene.toml:2:6: 'dt' must be between 1e-6 and 1 s, not 1e-09; typically 1/60: 0.0166667"},
       {"[simulator]\ndevice = \"host\"\nkind = \"native\"\n" + body_with(""),
-       "scene.toml:2:10: 'device' is what the simulators device and hybrid run on; remove it or kind = \"native\""},
+       "scene.toml:2:10: 'device' applies to the simulators device and hybrid only; remove it or kind = \"native\""},
       {"[solver]\niterations = 1001\n" + body_with(""),
        "scene.toml:2:14: 'iterations' must be between 1 and 1000, not 1001"},
       {"[solver]\nmarking_rounds = 999\n" + body_with(""),

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "picture_options.hpp"
+#include "render/video.hpp"
 #include "validators.hpp"
 
 namespace fathom::cli {
@@ -54,6 +55,7 @@ void RenderOptions::check() const {
   require(pictures || output.empty(), "-o is where pictures go; say of which times, e.g. --at 0,5,10s");
   require(films || !seconds, "--seconds is the length of a film or page; add --video FILE.mp4 or --web FILE.html");
   require(films || !frames_per_second, "--fps is that of a film or page; add --video FILE.mp4 or --web FILE.html");
+  if (!video.empty()) render::film_ending(video);  // before a folder of pictures is made
   const bool draws = pictures || !video.empty();
   require(draws || !(stage.contacts || stage.joints),
           "a page shows no contacts or joints; leave --contacts and --joints out, or add --at or --video");

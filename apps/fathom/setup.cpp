@@ -125,7 +125,7 @@ void check_simulator(const engine::Config& config, const SimulatorOptions& optio
   if (options.simulator ? *options.simulator != SimulatorKind::native : !sets_native) return;
   if (!options.device && config.origin("simulator.device") != "--set") return;
   throw Error(ErrorCode::invalid_argument,
-              fmt::format("{} is what the simulators device and hybrid run on; leave it or {} out",
+              fmt::format("{} applies to the simulators device and hybrid only; remove it or {}",
                           options.device ? "--device" : "--set simulator.device",
                           options.simulator ? "--simulator native" : "--set simulator.kind=native"));
 }

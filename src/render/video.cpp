@@ -28,18 +28,17 @@ class IgnoreBrokenPipe {
   void (*before_)(int);
 };
 
-/// The file extension, from which ffmpeg infers the format. Throws if it is not a film's.
+}  // namespace
+
 std::string film_ending(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   for (const char* known : {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ogv", ".mpg", ".mpeg", ".ts", ".flv",
                             ".wmv", ".gif", ".apng", ".nut"})
     if (ending == known) return ending;
   throw Error(ErrorCode::invalid_argument,
-              path + ": " + (ending.empty() ? "has no ending, which" : "ends in " + ending + ", but the ending") +
-                  " tells a film's format; use .mp4, .mkv, .webm or .gif");
+              path + ": " + (ending.empty() ? "a film needs an ending" : ending + " is not the ending of a film") +
+                  "; use .mp4, .mkv, .webm or .gif");
 }
-
-}  // namespace
 
 Video::Video(const std::string& path, int width, int height, int frames_per_second)
     : path_(path), file_(path, files::Writing::whole, film_ending(path)) {

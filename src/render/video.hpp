@@ -8,6 +8,9 @@
 
 namespace fathom::render {
 
+/// The file extension, from which ffmpeg infers the format. Throws `Error{invalid_argument}` if it is not a film's.
+std::string film_ending(const std::string& path);
+
 class Video {
  public:
   /// The file extension selects the format. Throws `Error{unavailable}` if there is no ffmpeg, `Error{file}` if the

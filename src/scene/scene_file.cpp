@@ -119,7 +119,7 @@ void read_simulator(const TomlTable& root, Scene& scene) {
         if (table.has("preset")) scene.preset = preset;
         if (table.has("device") && table.has("kind") && world.simulator == SimulatorKind::native)
           table.fail(*table.find("device"),
-                     "'device' is what the simulators device and hybrid run on; remove it or kind = \"native\"");
+                     "'device' applies to the simulators device and hybrid only; remove it or kind = \"native\"");
         note(table, scene, {{"kind", "kind"}, {"device", "device"}, {"ahead", "device_ahead"}});
         for (const char* key : {"preset", "threads", "broad_phase", "partition", "sweep_axis"})
           note(table, scene, {{key, key}});
