@@ -241,8 +241,8 @@ TEST_F(Settings, NamesOfDevicesAreCheckedInEveryCommand) {
       {Words{"run", "drift", "--device", "cuda:99"} + size, "device 'cuda:99' is not available"},
       {Words{"play", "drift", "--device", "cuda:99"} + size, "device 'cuda:99' is not available"},
       {{"validate", "--short", "--only", "free-fall", "--device", "cuda:99"}, "device 'cuda:99' is not available"},
-      {Words{"run", "drift", "--simulator", "native", "--device", "host"} + size, "leave it or --simulator native out"},
-      {{"validate", "--only", "free-fall", "--simulator", "native", "--device", "host"}, "leave it or --simulator"},
+      {Words{"run", "drift", "--simulator", "native", "--device", "host"} + size, "remove it or --simulator native"},
+      {{"validate", "--only", "free-fall", "--simulator", "native", "--device", "host"}, "remove it or --simulator"},
       {{"validate", "--only", "free-fall", "--simulator", "quantum"}, "must be device|hybrid|native, not quantum"},
   };
   for (const Refused& line : refused) {

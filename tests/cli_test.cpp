@@ -63,8 +63,8 @@ TEST_F(Program, ABugReportHasTheSceneThatIsRefusedButNoMistakeOfTheCommandLine) 
       {{"nowhere"}, "there is no environment 'nowhere'"},
       {{"drift", "--config", "/nowhere/e.toml"}, "/nowhere/e.toml: cannot be read"},
       {{"drift", "--seconds", "1e-9"}, "--seconds comes to less than one step"},
-      {{"drift", "--simulator", "native", "--device", "host"}, "leave it or --simulator native out"},
-      {{"--simulator", "native", "--device", "host"}, "leave it or --simulator native out"},
+      {{"drift", "--simulator", "native", "--device", "host"}, "remove it or --simulator native"},
+      {{"--simulator", "native", "--device", "host"}, "remove it or --simulator native"},
       {{"--bodies", "3"}, "--bodies, --layers and --seed are those of an environment"},
   };
   for (const auto& [words, says] : mistakes) {
