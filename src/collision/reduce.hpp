@@ -23,8 +23,8 @@ inline constexpr int max_face_points = 64;
 /// Points no higher above the deepest one than this (m) carry load too: contacts yield by as much under a body's
 /// weight.
 inline constexpr float level_height = 3e-4f;
-/// Height per length (rad, about) up to which a patch does not lean: columns of cubes sway by as much, and come to rest
-/// by the points that their load chooses.
+/// Height of a patch over its extent along the reference face's x axis up to which it does not lean (about rad):
+/// columns of cubes sway by as much, and come to rest on the points that their load chooses.
 inline constexpr float sway_slope = 0.01f;
 
 /// Position of a patch's load, in the frame of the reference face (m).
@@ -132,13 +132,13 @@ FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, FaceLoad loa
   if (count <= max_manifold_points) return count;
   int chosen[max_manifold_points];
   float lowest = points[0].z, highest = lowest;
-  float nearest = points[0].x, farthest = nearest;
+  float min_x = points[0].x, max_x = min_x;
   for (int i = 1; i < count; ++i) {
     lowest = min(lowest, points[i].z), highest = max(highest, points[i].z);
-    nearest = min(nearest, points[i].x), farthest = max(farthest, points[i].x);
+    min_x = min(min_x, points[i].x), max_x = max(max_x, points[i].x);
   }
   const float level = max(level_height, depth_tie);
-  const bool leans = highest - lowest > max(4 * level, sway_slope * (farthest - nearest));
+  const bool leans = highest - lowest > max(4 * level, sway_slope * (max_x - min_x));
   if (!load.is_known || leans || !choose_towards(load, points, count, depth_tie, chosen))
     choose_largest(points, count, depth_tie, level, chosen);
   // In the order of their indices, so that the result does not depend on which of them is the deepest.
