@@ -23,9 +23,9 @@ inline constexpr int max_face_points = 64;
 /// Points no higher above the deepest one than this (m) carry load too: contacts yield by as much under a body's
 /// weight.
 inline constexpr float level_height = 3e-4f;
-/// Height of a patch over its extent along the reference face's x axis up to which it does not lean (about rad):
-/// columns of cubes sway by as much, and come to rest on the points that their load chooses.
-inline constexpr float sway_slope = 0.01f;
+/// Height of a patch over its length up to which it does not lean (about rad): columns of cubes sway by as much, and
+/// come to rest on the points that their load chooses.
+inline constexpr float sway_slope = 0.005f;
 
 /// Position of a patch's load, in the frame of the reference face (m).
 struct FaceLoad {
@@ -132,13 +132,14 @@ FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, FaceLoad loa
   if (count <= max_manifold_points) return count;
   int chosen[max_manifold_points];
   float lowest = points[0].z, highest = lowest;
-  float min_x = points[0].x, max_x = min_x;
+  float min_x = points[0].x, max_x = min_x, min_y = points[0].y, max_y = min_y;
   for (int i = 1; i < count; ++i) {
     lowest = min(lowest, points[i].z), highest = max(highest, points[i].z);
     min_x = min(min_x, points[i].x), max_x = max(max_x, points[i].x);
+    min_y = min(min_y, points[i].y), max_y = max(max_y, points[i].y);
   }
   const float level = max(level_height, depth_tie);
-  const bool leans = highest - lowest > max(4 * level, sway_slope * (max_x - min_x));
+  const bool leans = highest - lowest > max(4 * level, sway_slope * max(max_x - min_x, max_y - min_y));
   if (!load.is_known || leans || !choose_towards(load, points, count, depth_tie, chosen))
     choose_largest(points, count, depth_tie, level, chosen);
   // In the order of their indices, so that the result does not depend on which of them is the deepest.
