@@ -69,12 +69,27 @@ function(fathom_cold target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# fathom_unite(<target> [BUT <source>…]): eight sources are one for the compiler, which takes a third to a half of the
-# time, as they share headers. Names of one must not clash with those of others, so tests have a namespace each.
+# fathom_unite(<target> [BY <number>] [BUT <source>…]): eight sources, or so many, are one for the compiler, which takes a
+# third to a half of the time, as they share headers. Names of one must not clash with those of others, so tests have a
+# namespace each.
 function(fathom_unite target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" BUT)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "BY" "BUT")
+  if(NOT arg_BY)
+    set(arg_BY 8)
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${arg_BY})
   set_source_files_properties(${arg_BUT} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
+# fathom_unite_parts(<target> <name> <source>…): the same for these sources alone, eight by eight.
+function(fathom_unite_parts target name)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  set(place 0)
+  foreach(source ${ARGN})
+    math(EXPR part "${place} / 8")
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${name}_${part}")
+    math(EXPR place "${place} + 1")
+  endforeach()
 endfunction()
 
 # fathom_precompile(<target> <header>…): what most of its sources include, which is a quarter to a third of the time that

@@ -78,8 +78,8 @@ const Setting settings[] = {
     {"restitution_threshold", "6", "[solver]\nrestitution_threshold = 6"},
     {"max_linear_speed", "12", "[solver]\nmax_linear_speed = 12"},
     {"partition", "\"cells\"", "[simulator]\npartition = 'cells'", {"--partition", "cells"}},
-    {"sleep", "false", "[sleep]\nenabled = false", {"--sleep", "off"}},
-    {"sleep_linear_speed", "0.0001", "[sleep]\nlinear_speed = 0.0001"},
+    {"sleep", "false", "[sleep]\nenabled = false\ntime = 0.05", {"--sleep", "off"}, "[sleep]\ntime = 0.05"},
+    {"sleep_linear_speed", "0.0001", "[sleep]\nlinear_speed = 0.0001\ntime = 0.05", {}, "[sleep]\ntime = 0.05"},
     {"sleep_time", "0.05", "[sleep]\ntime = 0.05"},
     {"kind", "\"device\"", "[simulator]\nkind = 'device'", {"--simulator", "device"}},
     {"device", "\"host\"", "[simulator]\ndevice = 'host'", {"--device", "host"}},
@@ -137,7 +137,7 @@ TEST_F(Settings, GiveTheSameStatesInEveryCommandWhereverTheyAreMade) {
 // `cli.view` provides a display; without one this test is skipped.
 TEST_F(Settings, AreThoseOfTheViewerToo) {
   if (!std::getenv("DISPLAY")) GTEST_SKIP() << "there is no display here";
-  const Words frames{"--frames", "50", "--threads", "1", "--size", "64x64"}, steps{"--steps", "50", "--threads", "1"};
+  const Words frames{"--frames", "20", "--threads", "1", "--size", "64x64"}, steps{"--steps", "20", "--threads", "1"};
   for (const Setting& s : settings) {
     const std::string plain = scene("plain.toml", s.beside), saying = scene("saying.toml", s.scene);
     const std::string file = write("engine.toml", "[simulator]\n" + std::string(s.key) + " = " + s.value + "\n");

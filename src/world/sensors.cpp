@@ -12,7 +12,7 @@ namespace fathom {
 
 namespace {
 
-bool is_before(const Presence& x, const Presence& y) {
+bool sorts_before(const Presence& x, const Presence& y) {
   const auto key = [](const Presence& p) {
     return std::tuple(p.sensor.index, p.sensor.generation, p.body.index, p.body.generation);
   };
@@ -42,11 +42,11 @@ void Sensors::end_step(const Simulator& simulator) {
   present_.clear(), passed_.clear(), came_.clear(), left_.clear();
   if (!simulator.bodies.sensors().empty()) look_at_movements(simulator, poses);
   for (const std::uint32_t sensor : simulator.bodies.sensors()) look_at(sensor, simulator, poses);
-  std::ranges::set_difference(present_, inside_, std::back_inserter(came_), is_before);
-  std::ranges::set_difference(inside_, present_, std::back_inserter(left_), is_before);
+  std::ranges::set_difference(present_, inside_, std::back_inserter(came_), sorts_before);
+  std::ranges::set_difference(inside_, present_, std::back_inserter(left_), sorts_before);
   const auto tell = [&](std::vector<Presence>& list, EventList<SensorEvent>& events) {
     list.insert(list.end(), passed_.begin(), passed_.end());
-    std::ranges::sort(list, is_before);
+    std::ranges::sort(list, sorts_before);
     events_.clear();
     for (const Presence& p : list) events_.push_back({p.sensor, p.body, simulator.steps});
     events.add(events_);
@@ -112,7 +112,7 @@ void Sensors::look_at(std::uint32_t sensor, const Simulator& simulator, std::spa
 }
 
 bool Sensors::was_inside(const Presence& presence) const {
-  return std::ranges::binary_search(inside_, presence, is_before);
+  return std::ranges::binary_search(inside_, presence, sorts_before);
 }
 
 std::span<const Presence> Sensors::inside(BodyId sensor) const {
@@ -128,7 +128,7 @@ void Sensors::save(ByteWriter& write, std::uint64_t step) const {
 void Sensors::restore(ByteReader& in) {
   std::vector<SensorEvent> came, left;
   in(inside_, came, left);
-  in.require(std::ranges::is_sorted(inside_, is_before));
+  in.require(std::ranges::is_sorted(inside_, sorts_before));
   begun.add(came);
   ended.add(left);
 }
