@@ -66,16 +66,16 @@ Stop first_stop(const Surface& surface, Vec3 from, Vec3 way, float depth, Surfac
 
 }  // namespace
 
-SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, float margin, float half, float dt,
-                        SurfaceScratch& scratch) {
+SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, float margin, float rest, float half,
+                        float dt, SurfaceScratch& scratch) {
   SurfaceAhead result{b_in_a};
   const float entry = entry_of(half), skin = skin_of(half, b.radius);
   const Sweep sweep = sweep_of(a, b, b_in_a, dt);
   const Aabb box = bounds(b.geometry, b_in_a);
   const Aabb swept = merged(box, {box.lower + sweep.way, box.upper + sweep.way});
-  if (!find_triangles(a.geometry.surface(), grown(swept, min(margin, skin + 2 * entry) + sweep.around), b_in_a.position,
-                      scratch))
-    return result;
+  const float reach = max(min(margin, skin + 2 * entry) + sweep.around, rest);
+  result.is_clear = !find_triangles(a.geometry.surface(), grown(swept, reach), b_in_a.position, scratch);
+  if (result.is_clear) return result;
   scratch.shape.turn(b.geometry, b_in_a.rotation);
   float earliest = 3e38f;
   const auto meet = [&](const SurfaceTriangle& triangle) {

@@ -8,14 +8,15 @@
 namespace fathom {
 
 struct SurfaceAhead {
-  Pose b_in_a;      ///< where manifolds are to be made
-  float time = -1;  ///< s from the step's beginning to there; below zero: as the bodies are
+  Pose b_in_a;            ///< where manifolds are to be made
+  float time = -1;        ///< s from the step's beginning to there; below zero: as the bodies are
+  bool is_clear = false;  ///< no triangle is within `rest` of b's bounds, as the bodies are or on the way
 };
 
 /// Of the surface `a` and the body `b` with the speculative margin `margin` (m): the first impact with any of its
-/// triangles that gets deep within the step. `half`: half of b's thickness (m).
-SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, float margin, float half, float dt,
-                        SurfaceScratch& scratch);
+/// triangles that gets deep within the step. `half`: half of b's thickness (m). `rest`: a second margin (m).
+SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, float margin, float rest, float half,
+                        float dt, SurfaceScratch& scratch);
 
 /// Where b's centre gets to on its way to `end_b`, while the surface goes to `end_a`, if it comes no nearer to the back
 /// of a triangle than `depth` (m), or than it was: from there on it goes along the triangle.

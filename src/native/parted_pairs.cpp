@@ -188,8 +188,9 @@ class PartedPair {
     if (movement <= max(slow_movement, slow_share * b.half)) {
       collide_surface(a_.geometry.surface(), b.geometry, b_in_a, near, pushes, scratch_.surface, found, centre);
     } else {
-      ahead = look_ahead(surface, body, b_in_a, near, b.half, dt, scratch_.surface);
       const float rest = min(margin_at_rest(surface.radius, body.radius, dt), slow_share * b.half);
+      ahead = look_ahead(surface, body, b_in_a, near, rest, b.half, dt, scratch_.surface);
+      if (ahead.is_clear) return;
       collide_surface(a_.geometry.surface(), b.geometry, ahead.b_in_a, ahead.time >= 0 ? min(near, b.half) : rest,
                       pushes, scratch_.surface, found, centre);
     }
