@@ -76,15 +76,25 @@ if(NOT FATHOM_WITH_CUDA AND NOT FATHOM_WITH_SYCL OR BUILD_SHARED_LIBS)
   install(FILES "${CMAKE_CURRENT_BINARY_DIR}/fathom.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
 endif()
 
-# Texts: what every package must have, and what developers read.
+# Texts: what every package must have, the licence as Debian names it, and what developers read. Their pages link to
+# examples and headers beside them.
 set(FATHOM_DOC "${CMAKE_INSTALL_DATADIR}/doc")
+set(FATHOM_DEV_DOC "${FATHOM_DOC}/libfathom-dev")
+function(fathom_install_licence folder component)
+  install(FILES LICENSE DESTINATION ${FATHOM_DOC}/${folder} RENAME copyright COMPONENT ${component})
+  install(FILES CHANGELOG.md DESTINATION ${FATHOM_DOC}/${folder} COMPONENT ${component})
+endfunction()
 if(BUILD_SHARED_LIBS)
-  install(FILES LICENSE CHANGELOG.md DESTINATION ${FATHOM_DOC}/libfathom${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} COMPONENT library)
+  fathom_install_licence(libfathom${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} library)
 endif()
-install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${FATHOM_DOC}/libfathom-dev COMPONENT dev)
-install(DIRECTORY docs DESTINATION ${FATHOM_DOC}/libfathom-dev COMPONENT dev)
+fathom_install_licence(libfathom-dev dev)
+install(FILES README.md CONTRIBUTING.md DESTINATION ${FATHOM_DEV_DOC} COMPONENT dev)
+install(DIRECTORY docs examples DESTINATION ${FATHOM_DEV_DOC} COMPONENT dev PATTERN CMakeLists.txt EXCLUDE)
+file(RELATIVE_PATH include_from_doc "/${FATHOM_DEV_DOC}" "/${CMAKE_INSTALL_INCLUDEDIR}")
+install(CODE "file(CREATE_LINK \"${include_from_doc}\" \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${FATHOM_DEV_DOC}/include\" SYMBOLIC)"
+  COMPONENT dev)
 if(TARGET fathom_cli)
-  install(FILES LICENSE CHANGELOG.md DESTINATION ${FATHOM_DOC}/fathom COMPONENT program)
+  fathom_install_licence(fathom program)
   install(DIRECTORY examples/scenes DESTINATION ${FATHOM_DOC}/fathom COMPONENT program)
 endif()
 

@@ -26,7 +26,8 @@ function(must_hold package)
 endfunction()
 
 must_hold(libfathom-dev include/fathom/world\\.hpp lib/libfathom\\.a lib/pkgconfig/fathom\\.pc
-  lib/cmake/fathom/fathomConfig\\.cmake share/doc/libfathom-dev/LICENSE share/doc/libfathom-dev/docs/tutorial\\.md)
+  lib/cmake/fathom/fathomConfig\\.cmake share/doc/libfathom-dev/copyright share/doc/libfathom-dev/docs/tutorial\\.md
+  share/doc/libfathom-dev/examples/scenes/joints\\.toml)
 if(PROGRAM)
-  must_hold(fathom bin/fathom share/doc/fathom/LICENSE)
+  must_hold(fathom bin/fathom share/doc/fathom/copyright)
 endif()

@@ -17,7 +17,7 @@ must_run("${CMAKE_COMMAND}" -S "${CMAKE_CURRENT_LIST_DIR}" -B "${WORK}/build" -G
 must_run("${CMAKE_COMMAND}" --build "${WORK}/build")
 must_run("${WORK}/build/consumer")
 must_run("${WORK}/build/components")
-file(GLOB_RECURSE notes "${WORK}/prefix/share/doc/*/LICENSE")
+file(GLOB_RECURSE notes "${WORK}/prefix/share/doc/*/copyright")
 if(NOT notes)
   message(FATAL_ERROR "the licence is not installed")
 endif()
