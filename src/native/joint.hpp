@@ -1,4 +1,4 @@
-// The native simulator's data of a joint, besides the JointTable's.
+// The native simulator's data of a joint, in addition to the JointTable's.
 #pragma once
 
 #include <cstdint>

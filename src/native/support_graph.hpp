@@ -46,7 +46,7 @@ class SupportGraph {
               std::uint64_t step);
   /// Levels are found again in the next step.
   void forget_levels() { levelled_at_ = 0; }
-  /// Suspends the search for new structures until this step: all were coming down.
+  /// Suspends the search for new structures until this step, because all were collapsing.
   void rest_until(std::uint64_t step) { resume_at_ = step; }
 
   bool empty() const { return members_.empty(); }

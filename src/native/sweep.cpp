@@ -4,8 +4,8 @@
 // which insertion sort exploits; then every body sweeps forward from its minimum to its maximum, with bodies divided
 // among threads.
 //
-// A sea floor's interval covers all others. Bodies with intervals much longer than the median (at most 32) are
-// therefore left out of the list and tested against all others directly.
+// A sea floor's interval covers all others. So bodies with intervals much longer than the median (at most 32) are left
+// out of the list and tested against all others directly.
 #include <algorithm>
 
 #include "native/broad_phase.hpp"
