@@ -42,7 +42,7 @@ void Islands::connect(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a) 
     parent_[a] = b;
 }
 
-/// Bodies that a moving surface carries along stay awake, however slow; so do bodies that one drives along.
+/// Bodies that a moving surface carries along stay awake, however slow; so do bodies that drive along on their own.
 void Islands::look_at_surface(std::uint32_t index) {
   const Contact& c = graph_[index];
   const Vec3 velocity = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
