@@ -2,7 +2,7 @@
 //
 // Rounding is what breaks hulls: a point above one of two coplanar triangles and below the other tears the mesh. So
 // points are first snapped to a grid of 2^26 steps to the half extent, finer than the float input. Normals then fit
-// into 64 bits and orientations into 128 bits, so that it is decided exactly which faces a point sees. For any cloud,
+// into 64 bits and orientations into 128 bits, so the faces that a point sees are found exactly. For any cloud,
 // the visible triangles are then a disc and its rim is a single cycle.
 //
 // Coplanar points of a real cloud are coplanar only up to rounding. Two rules keep this noise out of the hull. A point

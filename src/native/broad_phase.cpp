@@ -176,7 +176,7 @@ class TreeBroadPhase : public BroadPhase {
         count += other > slot || (other != slot && !input.is_changed(other));
       }
       hits.resize(count);
-      // A large body's hits are listed in slot order, in which its contacts will be read.
+      // Lists a large body's hits in slot order: its contacts will be read in that order.
       if (count - first_of[i] > many_hits)
         std::sort(hits.begin() + static_cast<std::ptrdiff_t>(first_of[i]), hits.end());
       for (std::size_t k = first_of[i]; k < count; ++k) input.known.prefetch(slot, hits[k]);

@@ -17,7 +17,7 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t ahead = 8;  // iterations by which scattered memory is prefetched
+constexpr std::size_t ahead = 8;  // iterations ahead that scattered memory is prefetched
 constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
 
 }  // namespace

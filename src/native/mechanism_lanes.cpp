@@ -12,7 +12,7 @@
 
 namespace fathom::wide {
 
-/// Bodies of which only the position is used.
+/// Bodies of which only positions are used.
 struct PlacedBodies {
   static constexpr bool all_isotropic = true;
   static constexpr bool only_pushes_b = false;

@@ -48,7 +48,7 @@ struct LoadWatch {
   const SolverBody* bodies = nullptr;
   const Velocity* before = nullptr;  ///< velocities at the start of the step
   std::span<const float> heaviest;   ///< by slot (kg), of a body's structure; 0 for bodies without support
-  float least = 0;                   ///< m/s; velocity change below which an impulse is ignored, whatever the bodies
+  float least = 0;                   ///< m/s; impulses that change velocities by less are ignored, whatever the bodies
   float unit = 0;                    ///< m/s, for a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
   float dt = 0;                      ///< s

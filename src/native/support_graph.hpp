@@ -57,7 +57,7 @@ class SupportGraph {
   std::span<const Structure> structures() const { return structures_; }
   std::span<const Member> members() const { return members_; }
   std::span<const Support> supports() const { return supports_; }
-  /// Supports of which the member is the lower body.
+  /// Supports whose lower body is the member.
   std::span<const std::uint32_t> loads(const Member& m) const { return {loads_.data() + m.first_load, m.load_count}; }
   std::size_t memory_bytes() const;
 

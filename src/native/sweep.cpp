@@ -57,7 +57,7 @@ class SweepBroadPhase : public BroadPhase {
     return sorted_.capacity() * sizeof(Interval) + wide_.capacity() * sizeof(std::uint32_t);
   }
 
-  // Intervals follow from the boxes; which bodies are wide was decided when the set last changed.
+  // Intervals follow from the boxes. Bodies were marked as wide when the set last changed.
   void save(ByteWriter& write) const override { write(sorted_, wide_); }
 
   void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool&) override {

@@ -1,4 +1,4 @@
-// The points of a patch on uneven ground on which a body rests.
+// The points of a patch on uneven ground that a body comes to rest on.
 //
 // On flat ground the largest patch is best (collision/reduce.hpp). On peaks of rough ground one point of the largest
 // patch may touch while three are far above the ground: the body then tips onto peaks without contact points, sinks in,

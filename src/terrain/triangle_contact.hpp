@@ -21,7 +21,7 @@ class Surroundings {
   ~Surroundings() = default;
 };
 
-/// The smallest separation (m) of the manifold's points, of which there is at least one.
+/// The smallest separation (m) of the manifold's points (at least one).
 inline float nearest_of(const Manifold& m) {
   float nearest = m.points[0].separation;
   for (int i = 1; i < m.count; ++i) nearest = min(nearest, m.points[i].separation);

@@ -50,7 +50,7 @@ double total_energy(const World& world) {
   return sum;
 }
 
-/// Links along −z from `top`, which joins the first link at its centre.
+/// Links along −z from `top`, joined to the first link at its centre.
 std::vector<BodyId> add_chain(World& world, BodyId top, int count, float mass) {
   std::vector<BodyId> links;
   const Vec3 from = world.pose(top).position;
