@@ -19,7 +19,7 @@ namespace fathom {
 template <class BoxOf>
 class BoxTreeBuilder {
  public:
-  /// Overwrites `nodes`. Leaves hold up to `leaf_size` parts, numbered in the order that `order` gets.
+  /// Overwrites `nodes`. Leaves contain up to `leaf_size` parts, numbered in the order written to `order`.
   BoxTreeBuilder(std::size_t count, std::size_t leaf_size, const BoxOf& box_of, std::vector<BoxTreeNode>& nodes,
                  std::vector<std::uint32_t>& order)
       : leaf_size_(leaf_size), box_of_(box_of), nodes_(nodes), order_(order) {
@@ -34,7 +34,7 @@ class BoxTreeBuilder {
   }
 
  private:
-  /// A part to be inserted, with its box's centre, which decides where it goes.
+  /// A part to insert. The centre of its box decides where it goes.
   struct Item {
     Vec3 centre;
     std::uint32_t part;
@@ -79,7 +79,7 @@ class BoxTreeBuilder {
   std::vector<Item> items_;
 };
 
-/// Whether boxes overlap a given one: six comparisons side by side, without a branch.
+/// Whether boxes overlap a given one: six parallel comparisons, no branch.
 class OverlapTest {
  public:
   explicit OverlapTest(const Aabb& box)
@@ -111,10 +111,10 @@ class OverlapTest {
   Eight limits_;
 };
 
-/// Maximum number of second children that a search keeps: each node halves its parts.
+/// Maximum number of second children on a search's stack: each node halves its parts.
 inline constexpr int deepest_box_tree = 64;
 
-/// Calls act(i) for the parts of leaves that the box overlaps, where i is their number in the order of leaves.
+/// Calls act(i) for the parts in leaves that overlap the box; i is the part's number in the order of leaves.
 template <class Act>
 void search_box_tree(std::span<const BoxTreeNode> nodes, const OverlapTest& box, const Act& act) {
   std::uint32_t waiting[deepest_box_tree];
@@ -135,8 +135,8 @@ void search_box_tree(std::span<const BoxTreeNode> nodes, const OverlapTest& box,
   }
 }
 
-/// The path of a box (half extents, initial centre, translation) against other boxes, by slabs (Kay, Kajiya 1986). All
-/// three quotients have relative rounding errors, and the rounding of coordinates is added to the moving box.
+/// The path of a box (half extents, initial centre, translation) against other boxes, by slabs (Kay, Kajiya 1986).
+/// The quotients have relative rounding errors. The rounding of coordinates is added to the moving box.
 class BoxWay {
  public:
   BoxWay(Vec3 centre, Vec3 half, Vec3 translation) {
@@ -145,7 +145,7 @@ class BoxWay {
     for (int axis = 0; axis < 3; ++axis) {
       centre_[axis] = c[axis];
       half_[axis] = h[axis] + 0x1p-21f * (abs(c[axis]) + abs(t[axis]) + h[axis]);
-      // Without movement along an axis, its slab covers all of the path or none of it.
+      // Without movement along an axis, the slab contains all of the path or none of it.
       per_way_[axis] = t[axis] != 0 ? 1 / t[axis] : 0;
     }
   }
@@ -172,8 +172,8 @@ class BoxWay {
   float centre_[3], half_[3], per_way_[3];
 };
 
-/// Calls limit = act(i, limit) for the parts of leaves that the box meets on its path before the fraction `limit`;
-/// nearer leaves come first, roughly.
+/// Calls limit = act(i, limit) for the parts in leaves that the box meets on its path before the fraction `limit`,
+/// roughly nearest first.
 template <class Act>
 void search_box_tree(std::span<const BoxTreeNode> nodes, const BoxWay& way, const Act& act) {
   struct Waiting {

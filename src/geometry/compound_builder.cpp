@@ -45,7 +45,7 @@ float reach_of(const ChildShape& child) {
     case ShapeType::capsule:
       return max(length(transform(child.pose, h)), length(transform(child.pose, -h))) + shape.radius;
     case ShapeType::box: {
-      // The farthest corner is on the side away from the compound's centre.
+      // The farthest corner faces away from the compound's centre.
       const Vec3 to = inverse_rotate(child.pose.rotation, child.pose.position);
       return length(to + Vec3{to.x < 0 ? -h.x : h.x, to.y < 0 ? -h.y : h.y, to.z < 0 ? -h.z : h.z});
     }

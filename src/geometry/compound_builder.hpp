@@ -9,7 +9,7 @@ namespace fathom {
 
 class CompoundBuilder {
  public:
-  /// From validated children. Throws `Error{degenerate_shape}` where single precision cannot hold their volume or their
+  /// From validated children. Throws `Error{degenerate_shape}` if single precision cannot represent their volume or
   /// size.
   static std::shared_ptr<const Compound> build(std::span<const ChildShape> children);
 

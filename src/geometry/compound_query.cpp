@@ -13,7 +13,7 @@ namespace {
 /// The compound's own frame, as a shape of zero size.
 PlacedShape frame_of(const Pose& pose) { return {{ShapeType::sphere}, pose}; }
 
-/// The first hit that `meet(geometry, pose, limit)` finds among the children that the box meets on its path.
+/// The first hit that `meet(geometry, pose, limit)` finds among the children on the box's path.
 template <class Meet>
 std::optional<SurfaceHit> first_child(const Compound& compound, const Pose& pose, const BoxWay& way, double limit,
                                       const Meet& meet) {

@@ -12,7 +12,7 @@ namespace fathom {
 /// Appends the children whose bounds overlap `box` (m, the compound's frame), in the compound's internal order.
 void find_children(const Compound& compound, const Aabb& box, std::vector<std::uint32_t>& found);
 
-// Of equally near children the one with the lowest index is hit.
+// Of equally near children, the one with the lowest index counts as hit.
 std::optional<SurfaceHit> ray_cast_at_compound(const Compound& compound, const Pose& pose, Vec3 origin,
                                                Vec3 translation, double limit);
 std::optional<SurfaceHit> shape_cast_at_compound(const PlacedShape& moving, Vec3 translation, const Compound& compound,

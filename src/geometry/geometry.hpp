@@ -17,7 +17,7 @@ struct HullView {
   int face_count = 0;
   float inner = 0;           ///< distance of the nearest face from the origin (m)
   float outer = 0;           ///< largest coordinate of a vertex (m); 0: this and `inner` are unknown
-  bool is_for_team = false;  ///< all work-items of a team (math/team.hpp) search together
+  bool is_for_team = false;  ///< all work-items of a team (math/team.hpp) search it together
   // Optional accelerators (may be null); they do not change results.
   const std::uint16_t* vertex_edges = nullptr;
   const Hull::Eight* vertex_eights = nullptr;

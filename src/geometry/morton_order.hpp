@@ -7,8 +7,8 @@
 
 namespace fathom {
 
-/// Indices of the positions, which are finite, in the order of their Morton codes (10 bits per axis over the positions'
-/// bounds; Morton, "A computer oriented geodetic data base", IBM 1966); of equal codes the lower index first.
+/// Indices of the positions (finite) in the order of their Morton codes: 10 bits per axis over the positions' bounds
+/// (Morton, "A computer oriented geodetic data base", IBM 1966). Ties keep the order of indices.
 std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& positions);
 
 }  // namespace fathom

@@ -13,7 +13,7 @@
 
 namespace fathom {
 
-/// A core, which is a hull or a box (possibly flat, a segment or a point), and everything within `radius` of it.
+/// A core (a hull, or a box that may be flat, a segment or a point) and everything within `radius` of it.
 struct PlacedShape {
   Vec3d position;       ///< m
   Vec3d axes[3];        ///< the shape's, unit

@@ -1,7 +1,7 @@
 // Coplanar merging on half-edges (Gregorius: Implementing Quickhull, GDC 2014, with the merging done afterwards).
 //
-// Every merge is checked first and may be refused: a refused one leaves two faces that are coplanar up to rounding,
-// which is harmless, while a wrong one would leave a mesh that is not a polyhedron.
+// Every merge is checked first. A refused merge leaves two faces that are coplanar up to rounding, which is harmless. A
+// wrong merge would leave a mesh that is not a polyhedron.
 #include "geometry/polygon_mesh.hpp"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class Merger {
   }
 
   PolygonMesh run() {
-    // Flattest first, so that faces grow from triangles that certainly share a plane.
+    // Flattest first, so that faces grow from triangles that are certainly coplanar.
     std::vector<std::pair<double, int>> order;
     for (int e = 0; e < static_cast<int>(mesh_.edges.size()); ++e) {
       if (e < mesh_.edges[e].twin) order.emplace_back(bend(e), e);
@@ -98,11 +98,11 @@ class Merger {
     return count;
   }
 
-  /// Whether the vertex where `e` starts may lose e: if three edges remain, or if the two that remain are one straight
-  /// edge and the third face can spare it.
+  /// Whether edge e may be removed at the vertex where it starts: if three edges remain there, or if the two that
+  /// remain form one straight edge and the third face can spare the vertex.
   bool may_lose(int e) const {
     if (degree(e) > 3) return true;
-    const int in = edge(e).previous, out = edge(edge(e).twin).next;  // the two that remain: in → e.origin → out
+    const int in = edge(e).previous, out = edge(edge(e).twin).next;  // the two edges that remain: in → e.origin → out
     if (mesh_.faces[edge(edge(out).twin).face].edge_count < 4) return false;
     const Vec3d a = origin(in), b = origin(edge(out).next), p = origin(e);
     return length(cross(b - a, p - a)) <= tolerance_ * length(b - a);
@@ -144,7 +144,7 @@ class Merger {
     return true;
   }
 
-  /// Removes edge `e`; its face absorbs the face beyond.
+  /// Removes edge `e`; its face absorbs the face on the other side.
   void merge(int e) {
     const int t = edge(e).twin;
     const bool straight_here = degree(e) == 3, straight_there = degree(t) == 3;

@@ -40,8 +40,8 @@ Hit cast_at_ball(const LocalRay& ray, Vec3d centre, double radius) {
   return Entry{std::max(entry, 0.0) / l, (1 / radius) * (s + entry * direction)};
 }
 
-/// The infinite cylinder about z decides where the ray can enter the capsule: through its side between the ends, or
-/// through the ball at the end on that side.
+/// The infinite cylinder about z decides where the ray can enter the capsule: through the side between the ends, or
+/// beyond an end through that end's ball.
 Hit cast_at_capsule(const LocalRay& ray, double radius, double half_length) {
   const auto ball_beyond = [&](double z) {
     return cast_at_ball(ray, {0, 0, z < 0 ? -half_length : half_length}, radius);
@@ -55,7 +55,7 @@ Hit cast_at_capsule(const LocalRay& ray, double radius, double half_length) {
   return std::abs(z) <= half_length ? side : ball_beyond(z);
 }
 
-/// Clips the ray to the half spaces whose intersection is the shape (Cyrus, Beck 1978).
+/// Clips the ray to the half-spaces whose intersection is the shape (Cyrus, Beck 1978).
 class HalfSpaceClip {
  public:
   /// `height` of the ray's origin above the plane and `climb`, the change of height over the whole ray.

@@ -19,14 +19,14 @@ struct SurfaceHit {
   std::uint32_t child = 0;               ///< of a compound
 };
 
-/// Where the ray from `origin` to `origin` + `translation` enters the placed shape. A ray of zero length hits the
-/// shapes that contain its origin. It hits surfaces only from outside, up to the fraction `limit`. All arguments must
-/// be finite.
+/// Where the ray from `origin` to `origin` + `translation` enters the placed shape, up to the fraction `limit`. A ray
+/// of zero length hits the shapes that contain its origin. A ray hits surfaces only from outside. All arguments must be
+/// finite.
 std::optional<SurfaceHit> ray_cast(const Geometry& shape, const Pose& pose, Vec3 origin, Vec3 translation,
                                    double limit = 1);
 
-/// Where `moving` first touches `still` when moved along `translation`, which is not zero, up to the fraction `limit`
-/// of it. It stops at most a millionth of the thinner shape's thickness short of contact.
+/// Where `moving` first touches `still` when moved along `translation` (not zero), up to the fraction `limit` of it. It
+/// stops short of contact by at most a millionth of the thinner shape's thickness.
 std::optional<SurfaceHit> shape_cast(const PlacedShape& moving, Vec3 translation, const PlacedShape& still,
                                      double limit = 1);
 

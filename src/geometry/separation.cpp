@@ -12,7 +12,7 @@ struct Corner {
   Vec3d difference, on_a;
 };
 
-/// The minimal set of corners that contains the point nearest to the origin, with that point as their weighted mean.
+/// The minimal set of corners that contains the point nearest to the origin, and that point's weights over them.
 struct Simplex {
   Corner corners[4];
   double weights[4] = {};
@@ -91,7 +91,7 @@ Nearest of_tetrahedron(const Simplex& s) {
   return least < std::numeric_limits<double>::infinity() ? nearest : inside;
 }
 
-/// Reduces the simplex to the corners on which its nearest point depends; returns that point.
+/// Reduces the simplex to the corners that its nearest point depends on; returns that point.
 Vec3d reduce(Simplex& s) {
   Nearest nearest{s.corners[0].difference, {1}};
   if (s.count == 2) nearest = of_segment(s, 0, 1);
@@ -132,7 +132,7 @@ Separation separation(const PlacedShape& a, const PlacedShape& b, Vec3d shift, V
     simplex.corners[simplex.count++] = {difference, on_a};
     const Vec3d next = reduce(simplex);
     size = length(next);
-    // Stop when rounding keeps the simplex from getting nearer.
+    // Stop when rounding prevents further progress.
     if (size >= least) break;
     least = size;
     nearest = next;

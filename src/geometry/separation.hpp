@@ -2,8 +2,8 @@
 //
 // E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A Fast Procedure for Computing the Distance Between Complex Objects in
 // Three-Dimensional Space", IEEE J. Robotics and Automation 4 (1988); sub-simplices as in C. Ericson, "Real-Time
-// Collision Detection" (2005), section 5.1. The step uses a single-precision version (collision/gap.hpp), which gives
-// bounds and no points.
+// Collision Detection" (2005), section 5.1. The step uses a single-precision version (collision/gap.hpp) that returns
+// bounds, but no points.
 #pragma once
 
 #include "geometry/placed_shape.hpp"

@@ -56,8 +56,8 @@ float reach(const Shape& shape) {
   return shape.radius + max_component(shape.half_extents);
 }
 
-/// Refuses what float cannot hold: a mass computed from the volume would be zero or infinite, squares and cubes of
-/// lengths in the separating-axis tests would overflow.
+/// Refuses what float cannot represent: a mass computed from the volume would be zero or infinite, or squares and cubes
+/// of lengths in the separating-axis tests would overflow.
 Shape checked(const Shape& shape, const char* where) {
   const double v = exact_volume(shape);
   if (v < to_double(std::numeric_limits<float>::min()) || v > to_double(std::numeric_limits<float>::max())) {
@@ -179,7 +179,7 @@ MassProperties mass_properties(const Shape& shape, float mass) {
     result.inertia = {moments.x, moments.y, moments.z, 0, 0, 0};
   }
   PrincipalFrame frame = principal_frame(result.inertia);
-  // A needle's smallest moment is lost in the rounding of its largest, where it may even turn negative.
+  // A needle's smallest moment drowns in the rounding of its largest and may even become negative.
   const float least = 1e-6f * frame.moments.z, missing = least - frame.moments.x;
   if ((shape.hull || shape.compound) && missing > 0) {
     result.inertia.xx += missing, result.inertia.yy += missing, result.inertia.zz += missing;

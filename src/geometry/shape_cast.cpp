@@ -23,7 +23,7 @@ std::optional<SurfaceHit> shape_cast(const PlacedShape& moving, Vec3 translation
   Vec3d guess = from_still;
   for (int i = 0; i < max_advances; ++i) {
     const Separation now = separation(still, moving, fraction * way, guess);
-    // Rounding may take the last advance onto the surface, where there is no normal: use the one of the round before.
+    // Rounding may put the last advance onto the surface, where there is no normal: use that of the previous round.
     if (now.touch()) {
       if (i > 0) last.on_a = now.on_a;
       return hit(fraction, i > 0 ? last : now);

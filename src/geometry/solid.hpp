@@ -9,7 +9,7 @@ namespace fathom {
 
 /// Integrals of 1, x and x·xᵀ over a solid bounded by triangles, summed over the tetrahedra that the triangles form
 /// with the origin (Blow, Binstock: How to find the inertia tensor of a 3D solid body, 2004). Exact for any closed
-/// surface; precise if the origin is near it.
+/// surface, and numerically precise if the origin is near it.
 class SolidIntegrals {
  public:
   /// Adds a triangle, counter-clockwise seen from outside.

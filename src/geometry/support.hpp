@@ -33,7 +33,7 @@ FATHOM_HD Vec3 support(const Geometry& shape, Vec3 direction) {
     case ShapeType::hull:
       break;
     case ShapeType::mesh:
-    case ShapeType::height_field:  // not convex: callers ask its triangles or children for supports
+    case ShapeType::height_field:  // not convex: callers query its triangles or children
     case ShapeType::compound:
       return {};
   }
@@ -80,7 +80,7 @@ FATHOM_HD Aabb bounds(const Geometry& shape, const Pose& pose) {
   return {pose.position - reach, pose.position + reach};
 }
 
-/// Radius of the smallest ball about the centre of mass that holds the shape (m).
+/// Radius of the smallest ball about the centre of mass that contains the shape (m).
 FATHOM_HD float bounding_radius(const Geometry& shape) {
   switch (shape.type) {
     case ShapeType::sphere:

@@ -10,7 +10,7 @@
 namespace fathom {
 namespace {
 
-/// One triangle of a placed surface as a separate shape. It refers to the triangle's corners, which must outlive it.
+/// One triangle of a placed surface as a separate shape. Refers to the triangle's corners, which must outlive it.
 PlacedShape placed(const PlacedShape& surface, const Triangle& triangle, double thinnest) {
   PlacedShape shape = surface;
   shape.hull.vertices = triangle.corners;
@@ -29,8 +29,7 @@ struct Corners {
   Vec3d normal() const { return cross(b - a, c - a); }
 };
 
-/// Calls act(number, triangle) for the surface's triangles along the path; act returns the fraction up to which to
-/// continue.
+/// Calls act(number, triangle) for the surface's triangles along the path; act returns the fraction at which to stop.
 template <class Act>
 void for_each_along(const Surface& surface, Vec3d centre, Vec3d half, Vec3d way, const Act& act) {
   struct Visitor final : TriangleVisitor {

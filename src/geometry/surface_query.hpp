@@ -1,6 +1,6 @@
 // Queries about surfaces: those of geometry/query.hpp and separation.hpp, applied to all triangles that may be
-// affected. A surface consists of its triangles, and nothing is behind them: a shape wholly behind touches nothing, and
-// one that comes from there passes through.
+// affected. A surface consists of its triangles only; nothing behind them is solid. A shape entirely behind touches
+// nothing, and a shape coming from behind passes through.
 #pragma once
 
 #include "geometry/query.hpp"

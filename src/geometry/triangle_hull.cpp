@@ -1,14 +1,14 @@
 // Quickhull (Barber, Dobkin, Huhdanpaa: The Quickhull Algorithm for Convex Hulls, 1996) with exact decisions.
 //
-// Rounding is what breaks hulls: a point that is above one of two coplanar triangles and below the other tears the
-// mesh. So the points are first snapped to a grid of 2^26 steps to the half extent, finer than the float input; normals
-// then fit 64 bits and orientations 128 bits, and which faces a point sees is decided exactly. The visible triangles
-// are then always a disc and its rim a single cycle, for any cloud.
+// Rounding is what breaks hulls: a point above one of two coplanar triangles and below the other tears the mesh. So
+// points are first snapped to a grid of 2^26 steps to the half extent, finer than the float input. Normals then fit
+// into 64 bits and orientations into 128 bits, so the faces that a point sees are found exactly. For any cloud,
+// the visible triangles are then a disc and its rim is a single cycle.
 //
-// Coplanar points of a real cloud are coplanar only up to rounding. Two rules keep such noise out of the hull: a point
-// is added only if it sticks out by more than the tolerance, and among the points that are farthest up to the
-// tolerance, the one farthest from the centre is taken. A convex function is largest at a corner, so corners come
-// before points inside faces and edges, which then no longer stick out.
+// Coplanar points of a real cloud are coplanar only up to rounding. Two rules keep this noise out of the hull. A point
+// is added only if it sticks out by more than the tolerance. Of the points that are farthest up to the tolerance, the
+// one farthest from the centre is taken. A convex function is largest at a corner, so corners come before points inside
+// faces and edges, which then no longer stick out.
 #include "geometry/triangle_hull.hpp"
 
 #include <algorithm>
@@ -204,7 +204,7 @@ class Builder {
     faces_.push_back(face);
   }
 
-  /// The face with the highest point above it, or −1 if no point sticks out.
+  /// The face with the highest point above it, or −1 if no point sticks out of any.
   int farthest_outside() const {
     int best = -1;
     double most = tolerance_;

@@ -29,7 +29,7 @@ class DeviceBroadPhase final : public native::BroadPhase {
   void refresh(const native::BroadPhaseInput&, ThreadPool&) override {}
   std::size_t memory_bytes() const override;
 
-  // The device's data follows from the bodies; all boxes are uploaded again.
+  // All device data follows from the bodies: uploads all boxes again.
   void save(ByteWriter&) const override {}
   void restore(ByteReader& in, std::span<const native::BodyBounds> bounds, ThreadPool& pool) override;
 

@@ -1,7 +1,7 @@
 // The hybrid simulator: collision detection on a device, solving in the native simulator.
 //
-// The dissertation proposes it as further work (its section 5.1). A step is the native simulator's; two of its verbs
-// run on the device:
+// The dissertation proposes it as future work (its section 5.1). A step is the native simulator's, except that two of
+// its verbs run on the device:
 //
 //   find_pairs        uploads changed boxes; while the device searches, the host inspects the existing contacts
 //                     (which have parted, which keep their manifolds, which must be collided); pairs come back

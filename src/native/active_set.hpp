@@ -9,7 +9,7 @@
 
 namespace fathom::native {
 
-/// Awake bodies that can move, and those of them that the solver moves. A list is rebuilt on demand, once something it
+/// Awake bodies that can move, and the subset that the solver moves. A list is rebuilt on demand after something it
 /// depends on has changed.
 class ActiveSet {
  public:
@@ -23,14 +23,14 @@ class ActiveSet {
   /// Brings all lists up to date.
   void refresh_in_contact(const BodyTable& bodies, const BodyState& state);
 
-  // Ascending; as the last call of `refresh` or `refresh_in_contact` left them.
+  // Ascending, as of the last call of `refresh` or `refresh_in_contact`.
   std::span<const std::uint32_t> active() const { return active_; }
   std::span<const std::uint32_t> in_contact() const { return in_contact_; }
   std::span<const std::uint32_t> kinematic() const { return kinematic_; }  ///< of those in contact
   /// Changes with `in_contact`.
   std::uint64_t sorting() const { return sorting_; }
 
-  /// Whether the lists that count as current equal rebuilt ones.
+  /// Whether the lists marked as current equal rebuilt ones.
   bool agrees_with(const BodyTable& bodies, const BodyState& state) const;
 
   /// Removes bodies isolated within this step from `in_contact`; `sorting` does not change.

@@ -1,6 +1,6 @@
-// Applies what the narrow phase found, in the order of contacts: touches that begin or end, and their colours. Three
-// loops, because contacts, bodies and lists are scattered in memory, and a single thread would wait for each cache line
-// to arrive from the core that wrote it last:
+// Applies what the narrow phase found, in the order of contacts: touches that begin or end, and their colours. It takes
+// three loops, because contacts, bodies and lists are scattered in memory, and a single thread would wait for each
+// cache line to arrive from the core that last wrote it:
 //
 // 1. Each thread gathers the changes of some blocks of contacts into slots counted out beforehand.
 // 2. One thread assigns and releases colours, as each choice depends on all earlier ones. Meanwhile the others forget
@@ -34,7 +34,7 @@ void NativeSimulator::apply_changes() {
     graph_.uncolour(ended);
     if (!wakes_any) graph_.colour(begun);
   };
-  // With many threads the others finish before the colouring thread could help.
+  // With many threads, the others finish before the colouring thread could help.
   const std::size_t threads = parts_for(pool_, changes_.count()), parts = threads > 3 ? threads - 1 : threads;
   pool_.for_each_chunk_beside(colour, parts, 1, [&](std::size_t part, std::size_t) {
     graph_.forget(gone, part, parts);
@@ -72,7 +72,7 @@ void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, 
   one_after_the_other(part * count / parts, (part + 1) * count / parts, fetch, make);
 }
 
-// When an island wakes, those of its contacts that touch by then are coloured.
+// When an island wakes, its contacts that touch by then get colours.
 void NativeSimulator::begin_one_by_one() {
   const std::span<const GraphEdge> begun = changes_.begun();
   for (std::size_t i = 0; i < begun.size(); ++i) {
@@ -111,7 +111,7 @@ void NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& 
 
 void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
   Contact& c = graph_[index];
-  // Only the last part of a pair to go reports the end of touch.
+  // Only the last part of a pair to end reports the end of touch.
   bool others_touch = false;
   if (c.in_parts)
     for (std::uint32_t part = graph_.next_part(index); part != index; part = graph_.next_part(part))

@@ -25,8 +25,8 @@ namespace fathom::native::HWY_NAMESPACE {
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// Fields of a block of joints. Inertia tensors are at the same offsets as in contact blocks, so bodies load the same
-/// way.
+/// Fields of a block of joints. Inertia tensors are at the same offsets as in contact blocks, so that bodies load the
+/// same way.
 enum JointField : int {
   joint_arm_a = 0,
   joint_arm_b = 3,
@@ -105,7 +105,7 @@ HWY_INLINE Vec3 swing_acceleration(const BodiesView& view, std::uint32_t slot) {
   return view.swings[slot] ? view.motion[slot].acceleration : Vec3{};
 }
 
-/// Joints of mechanisms that are solved directly are left out.
+/// Leaves out joints of mechanisms that are solved directly.
 template <class D>
 HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* refs, const Constrained& constrained,
                                  const BodiesView& view) {

@@ -6,8 +6,8 @@
 
 namespace fathom::native {
 
-/// One cache line, because contacts visit bodies in random order and mostly cost the lines they fetch. Half extents and
-/// radius are copies of BodyInfo's, so that separating two boxes need not fetch that as well.
+/// One cache line, because contacts visit bodies in random order, where cost is mostly the number of lines fetched.
+/// Half extents and radius are copies of BodyInfo's, so that separating two boxes need not fetch that as well.
 struct alignas(64) BodyBounds {
   Aabb box;           ///< bounds of the next step's motion plus the speculative margin
   Aabb fat_box;       ///< the box with a margin to move in; what the broad phase sees

@@ -1,5 +1,5 @@
 // The contacts of each body. Only the application, and islands that fall asleep or wake, ask for them, one body at a
-// time, while a step may create and remove thousands of contacts. So the lists are built on demand, and later contacts
+// time, whereas a step may create and remove thousands of contacts. So the lists are built on demand. Newer contacts
 // are searched linearly until that has cost more than a rebuild.
 #pragma once
 

@@ -15,7 +15,8 @@ struct BodySides {
   FixedTree fixed;
   bool lists_all = true;  ///< the next `take` goes through all bodies
 
-  /// Applies additions and removals of bodies in these slots, which may repeat. Returns whether any of them moves.
+  /// Applies additions and removals of bodies in these slots, which may repeat. Returns whether any of these bodies
+  /// moves.
   bool take(const BodyTable& bodies, std::span<const std::uint32_t> set_changes);
 
   void save(ByteWriter& write) const;

@@ -1,5 +1,5 @@
-// The state that a step changes, by slot. Separate arrays, because each stage reads only a few of them; slots rather
-// than a compacted list, because contacts, trees and the application use them as stable names.
+// The state that a step changes, by slot. Arrays are separate, because each stage reads only a few of them. They are
+// indexed by slot, not compacted, because contacts, trees and the application use slots as stable names.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ inline Acceleration forced_acceleration(const BodyInfo& info, Quat rotation, con
   return a;
 }
 
-/// What the free flight of a body without contacts needs of BodyInfo, which spans six cache lines.
+/// What a free body's motion needs of BodyInfo, which spans six cache lines.
 struct alignas(16) FlightData {
   float gravity_scale = 1;
   float linear_damping = 0, angular_damping = 0;  ///< 1/s
@@ -54,7 +54,7 @@ struct BodyState {
   std::vector<BodyMotion> motion;
   std::vector<WarmStart> warm;
   std::vector<WorldInertia> inertia;
-  std::vector<std::uint8_t> swings;  ///< 1: only its mechanism's joints act on it, and on all of the mechanism
+  std::vector<std::uint8_t> swings;  ///< 1: only their mechanism's joints act on it and its mechanism's other bodies
 
   /// What outlasts a step, for snapshots.
   template <class Self, class Archive>

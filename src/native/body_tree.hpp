@@ -1,7 +1,7 @@
 // The search tree of queries: bodies of any simulator by their boxes.
 //
 // Separate from the broad phase's trees: a query between two steps must not change the order in which the next step
-// finds its pairs.
+// finds pairs.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@
 namespace fathom::native {
 
 bool BroadPhaseInput::is_wanted(std::uint32_t a, std::uint32_t b) const {
-  // Most overlapping pairs are known already, so the bodies need not be read.
+  // Most overlapping pairs are already known, so their bodies need not be read.
   if (known.contains(a, b)) return false;
   if (!state.is_dynamic(bodies, a) && !state.is_dynamic(bodies, b)) return false;
   if (!((state.flags[a] | state.flags[b]) & filtered)) return true;
@@ -91,7 +91,7 @@ class TreeBroadPhase : public BroadPhase {
     return search_chunks(input.changed.size(), grain, pool, found, search_for);
   }
 
-  // Neighbours search the same nodes, most of them refitted by their own thread. Their results are then put into slot
+  // Neighbours search the same nodes, most of which their own thread has refitted. Results are then put into slot
   // order.
   std::size_t find_in_order_of_tree(const BroadPhaseInput& input, ThreadPool& pool,
                                     std::vector<std::vector<Pair>>& found) {
@@ -137,8 +137,8 @@ class TreeBroadPhase : public BroadPhase {
     return chunks;
   }
 
-  /// Keeps a list on the working thread's stack: its size changes constantly, and lists of other threads' chunks are
-  /// adjacent to it.
+  /// Keeps a list on the working thread's stack: its size changes constantly, and other threads' lists are adjacent to
+  /// it in memory.
   template <class List>
   struct Borrowed {
     explicit Borrowed(List& list) : mine(std::move(list)), home(list) {}
@@ -155,12 +155,12 @@ class TreeBroadPhase : public BroadPhase {
     return !(input.state.flags[slot] & awake) && input.bodies[slot].motion == MotionType::fixed;
   }
 
-  /// Searches for at most `Bvh::family` bodies. `search_moving` searches a box among bodies that can move, into `hits`.
-  /// Calls note(slot, first) when all that `slot` found is in `found` from `first` on.
+  /// Searches for at most `Bvh::family` bodies. `search_moving` finds the movable bodies that overlap a box and writes
+  /// them to `hits`. Calls note(slot, first) once everything found by `slot` is in `found`, from `first` on.
   template <class SearchMoving, class Note>
   void search(const BroadPhaseInput& input, std::span<const std::uint32_t> slots, std::vector<std::uint32_t>& hits,
               std::vector<Pair>& found, const SearchMoving& search_moving, const Note& note) const {
-    // All search before the first looks up its known pairs, which must be fetched.
+    // All bodies search before the first looks up its known pairs, so that those can be prefetched.
     std::array<std::size_t, Bvh::family + 1> first_of;
     hits.clear();
     for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -176,7 +176,7 @@ class TreeBroadPhase : public BroadPhase {
         count += other > slot || (other != slot && !input.is_changed(other));
       }
       hits.resize(count);
-      // A large body's hits are listed in slot order, in which its contacts will be read.
+      // Lists a large body's hits in slot order: its contacts will be read in that order.
       if (count - first_of[i] > many_hits)
         std::sort(hits.begin() + static_cast<std::ptrdiff_t>(first_of[i]), hits.end());
       for (std::size_t k = first_of[i]; k < count; ++k) input.known.prefetch(slot, hits[k]);

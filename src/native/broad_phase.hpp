@@ -1,4 +1,4 @@
-// Finds overlapping fat boxes: two interchangeable ways to find new pairs.
+// Finds overlapping fat boxes. There are two interchangeable implementations.
 #pragma once
 
 #include <cstdint>
@@ -40,10 +40,10 @@ class BroadPhase {
   /// The pairs and their order do not depend on threads.
   virtual std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) = 0;
 
-  /// True where no pair is ever listed twice.
+  /// True if no pair is ever listed twice.
   virtual bool lists_pairs_once() const { return false; }
 
-  /// Updates the structure that `find` searches; `find` does so itself.
+  /// Updates the structure that `find` searches. `find` does so itself.
   virtual void refresh(const BroadPhaseInput& input, ThreadPool& pool) = 0;
   /// The tree of fixed bodies as `find` searched it; null if there is none.
   virtual const FixedTree* fixed() const { return nullptr; }

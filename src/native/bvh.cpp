@@ -113,7 +113,7 @@ void Bvh::set_child(Node& node, std::size_t child, const Aabb& box) {
   }
 }
 
-// Other threads have read the node: writing only what changed leaves the rest in their caches.
+// Other threads have read the node: writing only what changed keeps the rest valid in their caches.
 void Bvh::replace(Node& node, const Node& by) {
   const Lanes d;
   float *to = node.lower[0], *end = to + 6 * width;
@@ -237,9 +237,8 @@ class Bvh::Probe {
     return met;
   }
 
-  /// Of eight boxes, stored with a stride of `stride` per component, lists those among the first `count` that overlap;
-  /// returns the end of the list. Boxes are numbered first, first + 1, …, or by `numbers`. The list needs room for
-  /// eight more.
+  /// Lists which of the first `count` of eight boxes overlap, and returns the end of the list. Components of the boxes
+  /// are `stride` apart. Boxes are numbered first, first + 1, …, or by `numbers`. The list needs room for eight more.
   HWY_INLINE std::uint32_t* list(const float* lower, const float* upper, std::size_t stride, std::size_t count,
                                  std::uint32_t first, std::uint32_t* end) const {
     for (std::size_t c = 0; c < width; c += lanes)

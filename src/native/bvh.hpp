@@ -36,22 +36,22 @@ class Bvh {
 
   /// Adjacent leaves that share a node two levels up.
   static constexpr std::size_t family = 64;
-  /// Nodes of that level that boxes of a family may overlap, in the order in which `overlap` visits them: searches
+  /// Nodes of that level that boxes of a family may overlap, in the order in which `overlap` visits them. Searches
   /// start from these instead of the root.
   struct Nearby {
     static constexpr std::size_t most = 64;
     alignas(32) float lower[3][most], upper[3][most];
     std::uint32_t nodes[most];
     std::size_t count = 0;
-    bool is_known = false;  ///< false if there are more or the tree is too small: `overlap` then starts at the root
+    bool is_known = false;  ///< false if there are more, or if the tree is too small: `overlap` then starts at the root
   };
   /// Finds what leaves [number · family, (number + 1) · family) may overlap.
   void list_nearby(std::size_t number, Nearby& nearby) const;
   /// The same for a box of that family.
   void overlap(const Aabb& box, const Nearby& nearby, std::vector<std::uint32_t>& found) const;
 
-  /// Visits items whose boxes the moving box meets up to the fraction `limit` of its path, roughly in the order of
-  /// meeting. Each visit returns the new limit; returns the last one. bvh_visit.cpp
+  /// Visits items whose boxes the moving box meets up to the fraction `limit` of its path, in roughly the order in
+  /// which it meets them. Each visit returns the new limit. Returns the last limit. bvh_visit.cpp
   float visit(const MovingBox& box, float limit, BodyVisitor& visitor) const;
 
   void save(ByteWriter& write) const { write(leaves_, area_when_built_); }

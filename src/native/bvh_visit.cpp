@@ -1,8 +1,8 @@
 // Finds what a moving box meets in the tree, nearest first.
 //
-// Rounding to single precision must miss nothing: in doubt, a box counts as met. Bounds are off by a few units in the
-// last place of their coordinates and are grown by that much here; fractions have a relative error (T. Ize, "Robust BVH
-// Ray Traversal", J. Computer Graphics Techniques 2, 2013).
+// Rounding to single precision must not miss anything: in doubt, a box counts as met. Bounds are off by a few units in
+// the last place of their coordinates, and are grown by that much here. Fractions have a relative error (T. Ize,
+// "Robust BVH Ray Traversal", J. Computer Graphics Techniques 2, 2013).
 #include <algorithm>
 #include <bit>
 #include <iterator>
@@ -64,7 +64,7 @@ class Slabs {
   }
 
  private:
-  /// Which of a box's sides is met first and which last.
+  /// Which of a box's sides is met first, and which last.
   struct Sides {
     std::size_t near, far;
   };
@@ -92,7 +92,7 @@ float Bvh::visit(const MovingBox& box, float limit, BodyVisitor& visitor) const 
     const Node& node = nodes_[levels_[entry.level].first + entry.node];
     const std::size_t first = std::size_t{entry.node} * width;
     alignas(32) float fractions[width];
-    // The nearest child is visited first: the new top of the stack is kept sorted, nearest last.
+    // Visits the nearest child first: the newest part of the stack is sorted, nearest last.
     Entry* const bottom = stack + top;
     for (std::uint32_t met = slabs.meets(node.lower[0], limit, fractions); met != 0; met &= met - 1) {
       const auto c = static_cast<std::size_t>(std::countr_zero(met));

@@ -50,7 +50,7 @@ void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
     lower = min(lower, box.lower);
     largest = max(largest, box.upper - box.lower);
   }
-  // One per cent against rounding of the centres.
+  // One per cent more, because centres are rounded.
   const Vec3 inverse{1.0f / (1.01f * largest.x), 1.0f / (1.01f * largest.y), 1.0f / (1.01f * largest.z)};
   constexpr float most = 1048575;  // 20 bits; bodies more than a million cells away share the last one
   struct Part {
@@ -233,7 +233,7 @@ void CellSolver::sweep_row(Row& row) {
     ContactStep step =
         contact_step(1 / h, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic, def_.solver.push_out_velocity);
     stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
-    // Rolling resistance comes last, using the impulse that carries the load.
+    // Rolling resistance comes last, so that it uses the impulse that carries the load.
     const bool rolls = pass == Pass::relax || def_.solver.method == Solver::impulse;
     if constexpr (pass == Pass::relax)
       sweep_contact<ContactPass::relax, false>(rows, axes, bodies, step, carried);

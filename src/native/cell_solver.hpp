@@ -3,8 +3,8 @@
 // cell groups share no body; the groups are processed one after another (Le Grand 2007).
 //
 // As on a device (device/published/cells.hpp), a constraint belongs to the lower of its bodies' cells along each axis,
-// and a cell is as large as the largest box of a dynamic body. Here the number of constraints is known when they are
-// partitioned: none is ever left out, and empty cells cost nothing.
+// and a cell is as large as the largest box of a dynamic body. Unlike there, the number of constraints is known before
+// they are partitioned: none is ever left out, and empty cells cost nothing.
 #pragma once
 
 #include <atomic>
@@ -43,7 +43,7 @@ class CellSolver {
     RollRow roll;
     Vec3 surface_slide;  ///< where `on_moving_surface` (m/s)
     std::uint32_t contact, a, b;
-    float nearest;  ///< m, smallest separation of the points when the step began
+    float nearest;  ///< m, smallest separation of the points at the start of the step
     bool isotropic, pushes_fixed, on_moving_surface;
 
     SurfaceSlide surfaces() const { return {on_moving_surface ? &surface_slide : nullptr}; }

@@ -37,7 +37,7 @@ void NativeSimulator::validate_bodies() const {
 }
 
 void NativeSimulator::validate_contacts() const {
-  // Where the direct solution of supports removes a load, rounding leaves impulses outside the cone.
+  // Where the supports' direct solution removes a load, rounding leaves impulses outside the friction cone.
   const float beyond = !solver_.supports().empty() ? 1.25f : 1.001f;
   const auto speed_of = [this](std::uint32_t slot) {
     const Velocity& v = state_.velocities[slot];
@@ -58,7 +58,8 @@ void NativeSimulator::validate_contacts() const {
     for (int p = 0; p < m.point_count(); ++p) FATHOM_VALIDATE(is_finite(m.impulses[p]) && m.impulses[p] >= 0, c.b);
     FATHOM_VALIDATE(is_finite(m.friction_impulse[0]) && is_finite(m.friction_impulse[1]) && is_finite(m.twist_impulse),
                     c.b);
-    // The `impulse` solver ends with normal rows, which its friction has not seen; new manifolds drop points' impulses.
+    // The `impulse` solver ends with normal rows, whose impulses its friction has not seen. New manifolds drop points'
+    // impulses.
     if (def.solver.method != Solver::soft || !was_solved(c)) continue;
     const float of_surfaces = c.on_moving_surface ? length(graph_.surface_slide(i)) : 0.0f;
     const float stopping = (speed_of(c.a) + speed_of(c.b) + of_surfaces) / bodies[c.b].inverse_mass;

@@ -27,7 +27,7 @@ Lane copy_joints(ConstraintKind kind, std::span<const std::uint32_t> joints, Lan
                         [kind](std::uint32_t slot) { return constraint_ref(kind, slot); });
 }
 
-/// Moves the even cut towards the wanted one as far as shares stay nearly even: all threads wait for the largest.
+/// Moves the even cut towards the desired one as far as shares stay nearly even: all threads wait for the largest.
 std::size_t near_even(std::size_t even, std::size_t wanted, std::size_t share) {
   const std::size_t slack = share / 8;
   return std::clamp(wanted, even - std::min(even, slack), even + slack);
@@ -170,9 +170,9 @@ void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
 
 // --- in domains ----------------------------------------------------------------------------------------------
 
-// Contacts that the first divisions cut are few, but their colours, chosen for whole bodies, are many: nearly all lanes
-// would be empty. They are coloured again among themselves, in the order of their colours. The result depends on
-// contacts alone, because it determines the solving order.
+// Contacts cut by the first divisions are few, but their colours, chosen for whole bodies, are many, so nearly all
+// lanes would be empty. They are coloured again among themselves, in the order of their colours. The result depends on
+// contacts only, because it determines the solving order.
 bool ConstraintLayout::recolour(std::size_t unit) {
   std::size_t contacts = 0, colours = 0;
   for (int colour = 0; colour < first_fixed_colour; ++colour) {
@@ -210,7 +210,7 @@ void ConstraintLayout::fill_by_unit() {
     for (int colour = first; colour < end; ++colour)
       if (add_stretch(graph_.of(unit, colour))) lists_.push_back(&graph_.of(unit, colour));
   };
-  // Written at once: they are few.
+  // Written directly: they are few.
   const auto add_joints = [&](std::size_t unit, int first, int end) {
     for (int colour = first; colour < end; ++colour)
       for (const ConstraintKind kind : joint_kinds)
@@ -220,7 +220,7 @@ void ConstraintLayout::fill_by_unit() {
           std::fill(copy_joints(kind, joints, first_lane(stretches_.back())), lanes_.end(), none);
         }
   };
-  // Written at once, by the thread that recoloured them.
+  // Written directly, by the thread that recoloured them.
   const auto add_recoloured = [&] {
     for (const std::vector<std::uint32_t>& list : recoloured_)
       if (add_stretch(list)) {
@@ -282,8 +282,8 @@ void ConstraintLayout::list_bodies_by_unit(std::span<const std::uint32_t> in_con
 
 // --- in groups -----------------------------------------------------------------------------------------------
 
-// Many islands can be expected if there are fewer contacts between bodies than bodies. Overflow contacts are not sorted
-// by island: with any, all is one group.
+// Expect many islands if there are fewer contacts between bodies than bodies. Overflow contacts are not sorted by
+// island: if there are any, everything is one group.
 bool ConstraintLayout::may_group(std::span<const std::uint32_t> in_contact) const {
   if (in_contact.size() < (threads() > 1 ? min_to_group : cached_bodies)) return false;
   if (graph_.any_overflow() || graph_.domains().in_use()) return false;
@@ -327,7 +327,7 @@ void ConstraintLayout::join_islands() {
   }
 }
 
-// Forms groups from islands, in the order of their first bodies. False if that leaves one thread too much.
+// Forms groups from islands, in the order of their first bodies. False if one thread would get too much.
 bool ConstraintLayout::form_groups(std::span<const std::uint32_t> in_contact) {
   join_islands();
   // If several groups per thread would leave lanes empty, one group per thread.
@@ -372,7 +372,7 @@ void ConstraintLayout::fill_by_group() {
   next_lane_.assign(groups_.size() * colour_count * constraint_kinds, 0);
   const auto next_lane = [&](const Link& link) -> std::uint32_t& {
     const std::uint32_t group = island_[link.root].group;
-    // Contacts between quarantined bodies belong to no group; any will do.
+    // Contacts between quarantined bodies belong to no group; any group will do.
     return next_lane_[((group == none ? 0 : group) * colour_count + link.colour) * constraint_kinds +
                       static_cast<std::size_t>(kind_of(link.constraint))];
   };

@@ -1,10 +1,10 @@
-// Assigns constraints to lanes of blocks, and blocks to threads. All for speed only: within a colour any order gives
-// the same result, and so does any order of islands, or of a division's domains.
+// Assigns constraints to lanes of blocks, and blocks to threads. This affects only speed: within a colour any order
+// gives the same result, and so does any order of islands, or of a division's domains.
 //
 // Large heaps are divided into units (domains.hpp), each with its own blocks and bodies. Where contacts are few, bodies
-// fall into many islands, which do not affect each other. Nearby islands then form a group, which one thread takes
-// through all sweeps without waiting for the others. Otherwise all threads work on one colour after the other; each has
-// a share of every colour and its bodies, at the same position in all of them as nearly as equal shares allow.
+// form many islands, which do not affect each other. Nearby islands then form a group, which one thread takes through
+// all sweeps without waiting for the others. Otherwise all threads work on one colour after the other. Each thread has
+// a share of every colour and its bodies, at nearly the same position in all of them.
 #pragma once
 
 #include <algorithm>
@@ -43,7 +43,7 @@ class ConstraintLayout {
     Range bodies, stretches, blocks;
   };
 
-  /// Ranges of `bodies`, `stretches` and blocks. Only units of the first division have bodies and contacts with
+  /// Ranges of `bodies`, `stretches` and blocks. Only units of the first division have bodies, and contacts with
   /// non-dynamic bodies.
   struct Unit {
     Range bodies{0, 0}, between{0, 0}, on_fixed{0, 0}, blocks{0, 0};

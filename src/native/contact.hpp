@@ -1,7 +1,8 @@
 // A pair of bodies whose boxes overlap, and its manifold while they touch.
 //
-// Two structures. Many pairs never touch, and the narrow phase reads every contact in every step, so two share a cache
-// line. Building constraints transposes manifolds into vector lanes, so these consist of 16-byte quads.
+// There are two structures. Many pairs never touch, and the narrow phase reads every contact in every step, so two
+// contacts share a cache line. Building constraints transposes manifolds into vector lanes, so manifolds consist of
+// 16-byte quads.
 #pragma once
 
 #include <cstdint>
@@ -38,8 +39,8 @@ struct Children {
 };
 
 /// A contact's recycle distance (how far its bodies may move before its manifold is rebuilt), overlap or lift. One word
-/// for all three, because contacts are many and few have an offset. A manifold with an overlap is never kept; one with
-/// a lift is, and its recycle distance is computed when needed.
+/// stores all three, because contacts are many and few have an offset. A manifold with an overlap is never recycled.
+/// One with a lift is, and its recycle distance is computed when needed.
 class Slack {
  public:
   Slack() = default;
@@ -84,8 +85,8 @@ struct alignas(32) Contact {
   bool own_slide : 1 = false;          ///< the application has set its surface slide (`ContactGraph::give`)
   std::uint8_t unused_bits : 3 = 0;
   bool round : 1 = false;  ///< a body is a sphere or a capsule; known once they have touched
-  /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time stored in its `step_impulse`
-  /// until the step has one.
+  /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp). Its `step_impulse` stores the time
+  /// until then, as long as the step has no impulse.
   bool ahead : 1 = false;
   bool in_touch : 1 = false;            ///< the bodies touch, as events report (dynamics/touch.hpp)
   bool hits : 1 = false;                ///< the last step's hit continues

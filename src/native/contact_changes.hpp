@@ -1,4 +1,4 @@
-// What the narrow phase found, by blocks of contacts, until it is applied (apply_changes.cpp).
+// What the narrow phase found, by blocks of contacts, until apply_changes.cpp applies it.
 //
 // One thread processes each block of contacts. Few blocks hold changes, so their counts are in a separate array, which
 // one thread scans; then all threads gather the blocks' lists, in the order of contacts.
@@ -20,12 +20,12 @@ class ContactChanges {
  public:
   struct alignas(128) Block {
     std::vector<NewManifold> begun;
-    std::vector<std::uint32_t> ended, gone;  // contacts; those that are gone and touched are in both
+    std::vector<std::uint32_t> ended, gone;  // contacts; one that is gone and touched is in both
     std::vector<FastPair> fast;
     std::uint32_t recycled = 0;
     bool has_new_parts = false;  // in `begun`
 
-    /// Records a contact's change; a first manifold is in `begun` already.
+    /// Records a contact's change. A first manifold is already in `begun`.
     void note(const ContactGraph& graph, std::uint32_t index, Change change) {
       recycled += change == Change::recycled;
       if (change != Change::ended && change != Change::gone) return;
@@ -34,9 +34,9 @@ class ContactChanges {
     }
   };
 
-  /// Makes room for changes of the graph's contacts. A pair in parts may take a hundred times as long as another: where
-  /// most are, blocks are smaller, or a few trees on a mesh would all go to one thread. Pairs of boxes are tested side
-  /// by side, which needs large blocks.
+  /// Makes room for changes of the graph's contacts. A pair in parts may take a hundred times as long as another. If
+  /// most pairs are in parts, blocks are smaller; otherwise a few trees on a mesh would all go to one thread. Pairs of
+  /// boxes are tested side by side, which needs large blocks.
   void make_room(const ContactGraph& graph);
   /// Contacts per block.
   std::size_t block_size() const { return block_size_; }
@@ -57,8 +57,8 @@ class ContactChanges {
     blocks_[contact / block_size_].ended.push_back(contact);
     ++counts_[contact / block_size_].ended;
   }
-  /// Keeps of `begun` only manifolds for which lets_begin(manifold) is true; it may change the manifold. Called in the
-  /// order of blocks.
+  /// Keeps only those manifolds in `begun` for which lets_begin(manifold) is true; it may change the manifold. Called
+  /// in the order of blocks.
   template <class Predicate>
   void filter_begun(const Predicate& lets_begin) {
     for (std::size_t i = 0; i < counts_.size(); ++i) {

@@ -17,7 +17,7 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t ahead = 8;  // iterations by which scattered memory is prefetched
+constexpr std::size_t ahead = 8;  // iterations ahead that scattered memory is prefetched
 constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
 
 }  // namespace
@@ -92,7 +92,7 @@ void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
 
 void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added) {
   if (pairs.empty()) return;
-  // The indices that adding pairs one by one would use: free ones from the last, then new ones.
+  // The same indices as for pairs added one by one: free ones from the last, then new ones.
   const std::size_t old = std::min(free_.size(), pairs.size()), first_new = contacts_.size();
   const auto index_at = [&](std::size_t i) {
     return i < old ? free_[free_.size() - 1 - i] : static_cast<std::uint32_t>(first_new + i - old);
@@ -122,8 +122,8 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
   free_.resize(free_.size() - old);
 }
 
-// Each thread scans all pairs for those of its tables, which is cheaper than sorting them; in batches without branches,
-// as these are unpredictable.
+// Each thread scans all pairs for those of its tables, which is cheaper than sorting them. It scans in batches without
+// branches, which would be unpredictable.
 template <class Act>
 void ContactGraph::for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts,
                                       const Act& act) const {

@@ -1,10 +1,10 @@
 // All contacts of a world: their storage, their bodies, and the colours of those that touch.
 //
 // Colouring is greedy and persistent (as in Box2D v3 and Box3D): when a contact begins to touch, it takes the lowest
-// colour free on both bodies and keeps it until the touch ends. Contacts with a non-dynamic body occupy a colour of
-// the other body only, and have colours of their own, solved last because the ground is the firmer side. A contact that
-// finds no colour goes to the overflow list, which is solved one by one. One thread assigns and releases colours in the
-// order of contacts, so they do not depend on timing. Colours are listed by unit (domains.hpp).
+// colour free on both bodies and keeps it until the touch ends. A contact with a non-dynamic body occupies a colour of
+// the other body only. Such contacts have colours of their own, solved last because the ground is the firmer side. A
+// contact that finds no colour goes to the overflow list, which is solved one by one. One thread assigns and releases
+// colours in the order of contacts, so they do not depend on timing. Colours are listed by unit (domains.hpp).
 //
 // All threads apply a step's changes (apply_changes.cpp): each does all the work for some contacts, some tables of
 // pairs or some lists of colours, in the order of contacts.
@@ -51,7 +51,7 @@ struct ContactMaterials {
   Vec3 slide;  ///< sliding velocity of B relative to A added by moving surfaces (m/s, world axes)
 };
 
-/// Number of parts into which work on so many contacts or pairs is divided.
+/// Number of parts into which work on this many contacts or pairs is divided.
 inline std::size_t parts_for(const ThreadPool& pool, std::size_t items) {
   return items < min_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
 }
@@ -93,13 +93,13 @@ class ContactGraph {
   bool may_roll() const { return may_roll_; }
   /// True once any contact had a moving surface.
   bool any_moving_surface() const { return any_moving_surface_; }
-  /// What moving surfaces add to the sliding velocity of B relative to A (m/s, world axes), as the step began.
+  /// What moving surfaces add to the sliding velocity of B relative to A (m/s, world axes), at the start of the step.
   Vec3 surface_slide(std::uint32_t index) const;
   /// The materials of two bodies' pieces, combined for their contact.
   ContactMaterials mixed_materials(std::uint32_t a, std::uint32_t b, Children children) const;
-  /// Sets a touching contact's materials until they are mixed again. By one thread.
+  /// Sets a touching contact's materials until they are mixed again. For one thread only.
   void give(std::uint32_t index, const ContactMaterials& materials);
-  /// Drops slides set by the application of contacts that no longer have one.
+  /// Drops the application's slides of contacts that no longer have one.
   void drop_old_slides();
 
   /// Appends the new contacts to `added`, if given. Known pairs are skipped.
@@ -227,7 +227,7 @@ class ContactGraph {
 
   void prefetch(std::uint32_t index) const { prefetch_to_write(&contacts_[index]); }
 
-  // By one thread.
+  // For one thread only.
 
   /// Gives the contacts colours, or releases them, everywhere but in lists. Skips ended ones without a colour.
   void colour(std::span<GraphEdge> edges);

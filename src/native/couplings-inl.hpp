@@ -21,7 +21,7 @@ namespace fathom::native::HWY_NAMESPACE {
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// Fields of a block of couplings, starting where those of generic joints do. A row's members in their order.
+/// Fields of a block of couplings, starting where those of generic joints do. A row's members are in their order.
 enum CouplingField : int {
   coupling_start = surface_field_count,
   coupling_written = coupling_start + 8 + 12 + 4 + 2 * coupled_field_count + 1 + 4 + 3,

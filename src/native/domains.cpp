@@ -92,7 +92,7 @@ void Domains::clear() { set_counts({}); }
 
 void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Contact> contacts, std::size_t between,
                      const BodyState& state, ThreadPool& pool) {
-  // Few enough that lanes of their colours are well filled, enough for the threads that such a heap can use.
+  // Few enough to fill the lanes of their colours, many enough for the threads that such a heap can use.
   std::size_t count = 16;
   while (count < 128 && between > 1600 * count) count *= 2;
 
@@ -124,7 +124,7 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Conta
       pool, [&] { sort(orders.by_first); }, [&] { sort(orders.by_second); });
   std::fill(ids_.begin(), ids_.end(), Ids{});
   const float aspect = static_cast<float>(spread.deviation[first] / spread.deviation[second]);
-  // Borders of the second division are midway between those of the first, those of the third midway again; both have
+  // Borders of the second division are midway between those of the first, those of the third midway again. Both have
   // fewer contacts, hence fewer domains.
   const Grid fine = grid(count, aspect), coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2};
   const Grid middle = count > 16 ? Grid{(fine.columns + 1) / 2, fine.rows} : fine;
@@ -164,7 +164,7 @@ void Domains::divide(std::size_t division, Grid grid, Grid finest, float offset,
   }
 }
 
-// Domains at the rim of a heap lose fewer of their bodies' contacts to borders, so they get fewer bodies.
+// Domains at the rim of a heap lose fewer contacts to borders, so they get fewer bodies.
 void Domains::balance_first(std::span<const Contact> contacts, const Orders& orders, const BodyState& state,
                             ThreadPool& pool) {
   std::vector<float> weight(counts_[0], 0.0f), work(counts_[0], 0.0f);

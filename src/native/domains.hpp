@@ -1,12 +1,12 @@
 // Large heaps of bodies, divided into domains that threads can work on without waiting for each other.
 //
-// Three divisions of the same bodies are kept, with borders at different positions. A contact is solved in the first
-// division that has both of its bodies in one domain. Domains of one division share no body, so all are solved at once,
-// and a sweep is three loops, whatever the number of colours. Contacts cut by every division (few, where two borders
-// cross) are left to one thread. Non-dynamic bodies belong to no domain: contacts with them belong to the other body's.
+// There are three divisions of the same bodies, with borders at different positions. A contact is solved in the first
+// division that has both its bodies in one domain. Domains of one division share no body, so all are solved at once,
+// and a sweep is three loops whatever the number of colours. Contacts cut by every division (few, where two borders
+// cross) are left to one thread. Non-dynamic bodies belong to no domain: their contacts belong to the other body's.
 //
-// Unlike colours' blocks, domains affect the order in which contacts are solved. They are therefore a function of
-// bodies and contacts, never of threads, and part of a snapshot.
+// Unlike colours' blocks, domains affect the order in which contacts are solved. So they are a function of bodies and
+// contacts, never of threads, and part of a snapshot.
 #pragma once
 
 #include <array>

@@ -115,7 +115,7 @@ void NativeSimulator::wake_neighbours(std::uint32_t slot) {
   });
 }
 
-// No other stage looks at pairs of which neither body is awake.
+// No other stage looks at pairs without an awake body.
 void NativeSimulator::wake_below_fixed() {
   if (!changed_.any_at_rest() || !islands_.any_asleep()) return;
   for (const std::uint32_t slot : changed_.slots()) {

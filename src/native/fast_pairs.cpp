@@ -1,5 +1,5 @@
-// Pairs that move fast for their size (dynamics/look_ahead.hpp). In a separate file, since otherwise the compiler would
-// not inline the pose functions that every contact needs.
+// Pairs that move fast for their size (dynamics/look_ahead.hpp). They have a separate file, because otherwise the
+// compiler would not inline the pose functions that every contact needs.
 #include <algorithm>
 #include <utility>
 
@@ -47,15 +47,16 @@ void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& 
 
 }  // namespace
 
-/// A body that ended inside or behind a non-dynamic body goes as far as its way was free, and on in the next step.
-/// There it may be inside or behind another body.
+/// If a body ended inside or behind a non-dynamic body, stops it where its path was still free; it continues in the
+/// next step. There it may be inside or behind another body.
 void NativeSimulator::hold_back_fast() {
   changes_.for_each_fast_pair([&](const FastPair& pair) {
     if (!is_free(pair) && hold_back(pair))
       strays_.list.push_back({pair.b, {pair.pose_b.position, 0, pair.pose_b.rotation}});
   });
   hold_back_strays();
-  // The lighter body ends beside the heavier one, unless another is in its way: then the heavier ends beside it.
+  // The lighter body stops beside the heavier one. If another body is in its way, the heavier one stops beside it
+  // instead.
   constexpr int rounds = 4;
   for (int round = 0; round < rounds; ++round) {
     changes_.for_each_fast_pair([&](const FastPair& pair) {
@@ -75,7 +76,7 @@ void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
   if (!can_be_held(pair.a) && !can_be_held(pair.b)) return;
   const bool is_a_lighter = bodies[pair.a].inverse_mass > bodies[pair.b].inverse_mass;
   const bool hold_a = !can_be_held(pair.b) || (can_be_held(pair.a) && is_a_lighter != heavier);
-  FastPair seen = pair;  // with the body that is not held as A
+  FastPair seen = pair;  // A is the body that is not held back
   if (hold_a) {
     std::swap(seen.a, seen.b);
     std::swap(seen.pose_a, seen.pose_b);
@@ -136,18 +137,18 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
 void NativeSimulator::put_back(std::uint32_t slot, const Pose& pose, Velocity v) {
   // An isotropic body has the same energy about any axis.
   if (!bodies[slot].isotropic) v.angular = spin_put_back(v.angular, state_.poses[slot].rotation, pose.rotation);
-  // A body put back in many steps would accumulate the rounding of all their products.
+  // Otherwise a body put back in many steps would accumulate the rounding of all the products.
   Pose unit = pose;
   unit.rotation = normalize(pose.rotation);
   set_state(slot, unit, v);
 }
 
-/// Strays may have reached bodies with which they are no pair: their whole way is searched for static and kinematic
+/// Strays may have reached bodies that they form no pair with: searches their whole path for static and kinematic
 /// bodies.
 void NativeSimulator::hold_back_strays() {
   if (strays_.list.empty()) return;
   std::ranges::sort(strays_.list, {}, &Strays::Stray::slot);
-  // Duplicates are equal, so it does not matter which thread came first.
+  // Duplicates are equal, so it does not matter which thread was first.
   const auto is_same = [](const Strays::Stray& x, const Strays::Stray& y) { return x.slot == y.slot; };
   strays_.list.erase(std::unique(strays_.list.begin(), strays_.list.end(), is_same), strays_.list.end());
   tree_.refresh_fixed(bodies, state_.bounds.data(), pool_);
@@ -159,8 +160,8 @@ void NativeSimulator::hold_back_strays() {
 }
 
 void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies) {
-  // Holding it back from one obstacle may move it into another. Its initial pose was outside all; carried from there by
-  // a kinematic body, it is held back from static ones.
+  // Holding it back from one obstacle may move it into another. Its initial pose was outside all of them. If a
+  // kinematic body has carried it on from there, it is held back from static ones.
   constexpr int rounds = 4;
   std::uint32_t carrier = none;
   for (int round = 0; round < rounds; ++round) {
@@ -184,7 +185,7 @@ Pose NativeSimulator::begin_of_obstacle(std::uint32_t slot) const {
   return bodies[slot].motion == MotionType::fixed ? end : advanced(end, state_.velocities[slot], -def.dt);
 }
 
-/// Static and kinematic bodies near the stray's way, in ascending order.
+/// Static and kinematic bodies near the stray's path, in ascending order.
 std::vector<std::uint32_t> NativeSimulator::obstacles_of(const Strays::Stray& stray,
                                                          const std::vector<std::uint32_t>& kinematic_bodies) {
   const BodyInfo& info = bodies[stray.slot];
@@ -231,7 +232,7 @@ bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstac
   return is_held;
 }
 
-/// Has the manifolds of the pair with this first contact rebuilt in the next step.
+/// Makes the next step rebuild the manifolds of the pair with this first contact.
 void NativeSimulator::forget_build(std::uint32_t first) {
   const auto forget = [&](std::uint32_t index) {
     if (graph_[index].touching()) graph_.manifold(graph_[index]).forget_build();

@@ -1,7 +1,7 @@
-// The tree of fixed bodies, which may be millions while some come and go.
+// The tree of fixed bodies, which may number millions while a few come and go.
 //
-// Added and edited bodies go into a small tree of their own until there are enough to sort all again; leaves of removed
-// bodies stay and do not count.
+// Added and edited bodies go into a small tree of their own, until there are enough of them to sort all again. Leaves
+// of removed bodies stay and do not count.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ class FixedTree {
   std::size_t memory_bytes() const;
 
  private:
-  /// The small tree is rebuilt for each body added, the whole once per this many.
+  /// The small tree is rebuilt for each added body, the whole once per this many.
   std::size_t max_late() const;
   void note_late(std::uint32_t slot);
 

@@ -1,4 +1,4 @@
-// Finds the bodies with a flag, in worlds where usually none of a million has it.
+// Finds the bodies with a flag, in worlds where usually none of a million bodies has it.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 
 namespace fathom::native {
 
-/// Calls act(slot, eight) for each eight bodies, from `slot` on, of which any has a flag of `mask`. `eight` contains
-/// only these flags, a byte per body, the first lowest. The last eight may be fewer. A cache line of flags takes one
-/// branch.
+/// For each group of eight bodies, from `slot` on, of which any has a flag of `mask`, calls act(slot, eight). `eight`
+/// contains only these flags, one byte per body, the first lowest. The last group may be smaller. A cache line of flags
+/// takes one branch.
 template <class Act>
 void for_each_eight_with(std::uint8_t mask, std::span<const std::uint8_t> flags, const Act& act) {
   const std::uint64_t wanted = mask * std::uint64_t{0x0101010101010101};

@@ -138,7 +138,7 @@ HWY_NOINLINE void write_generic_lane(const Block<D>& block, std::size_t lane, co
   for (const float rate : row.rate) write(rate);
 }
 
-/// Joints of mechanisms that are solved directly are left out.
+/// Leaves out joints of mechanisms that are solved directly.
 template <class D>
 HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const ConstraintRef* refs,
                                          const Constrained& constrained, const BodiesView& view) {

@@ -1,5 +1,5 @@
-// Joints of the graph. They are coloured one by one, because an application makes and removes few per step, and listed
-// in slot order, because their order within a colour must not depend on when bodies fell asleep.
+// Joints of the graph. They are coloured one by one, because an application makes and removes few per step. They are
+// listed in slot order, because their order within a colour must not depend on when bodies fell asleep.
 #include <algorithm>
 
 #include "native/contact_graph.hpp"

@@ -35,7 +35,7 @@ void HeapDivision::divide(ContactGraph& graph, std::span<const std::uint32_t> ac
   cost_when_divided_ = cost_of(graph);
 }
 
-// Length of a sweep in contacts solved by one thread, with as many threads as domains; times that number.
+// Duration of a sweep, in contacts that one thread solves, with as many threads as domains; times that number.
 HeapDivision::Cost HeapDivision::cost_of(const ContactGraph& graph) {
   const Domains& domains = graph.domains();
   Cost cost{0, graph.between()};

@@ -14,7 +14,7 @@ namespace fathom::native {
 /// Domains are redrawn when motion has made a sweep a quarter longer, or the number of contacts has doubled or halved.
 class HeapDivision {
  public:
-  /// The solver moves `in_contact` of the `active` bodies.
+  /// `in_contact`: those of the `active` bodies that the solver moves.
   void update(ContactGraph& graph, std::span<const std::uint32_t> active, std::size_t in_contact,
               const BodyState& state, ThreadPool& pool);
 

@@ -47,8 +47,8 @@ HWY_INLINE Vec3Q load_three(const Vec3& v) {
 }
 HWY_INLINE void put(Vec3& to, Vec3Q value) { hn::Store(value.quad, QuadTag(), &to.x); }
 
-/// NaN in some element if the body's velocity is not finite, else zeros. Once not finite, a velocity stays so;
-/// while it is finite, so is the body's movement.
+/// NaN in some element if the body's velocity is not finite, else zeros. A velocity that is not finite stays so. While
+/// it is finite, so is the body's movement.
 HWY_INLINE Quad not_finite(const SolverBody& body) {
   const Quad sum = (load(body.linear) + load(body.angular)).quad;
   return hn::Sub(sum, sum);
@@ -67,7 +67,7 @@ struct BodyIntegration {
   const std::uint8_t* any_swings;  ///< by slot; null where there are no joints
   const std::uint8_t* flags;       ///< by slot
 
-  /// Updates W before bounce sweeps, which it must not include.
+  /// Updates W before bounce sweeps, whose impulses it must not include.
   HWY_INLINE void carry(std::uint32_t slot) const {
     const SolverBody& body = bodies[slot];
     WarmStart& w = warm[slot];
@@ -114,7 +114,7 @@ struct BodyIntegration {
     put(reference, next);
   }
 
-  /// Mean velocity of a substep (m/s): that of free flight if no contact has acted (`has_flown`) or the body swings.
+  /// Mean velocity of a substep (m/s): that of a free body if no contact has acted (`has_flown`) or the body swings.
   HWY_INLINE Vec3Q mean(std::uint32_t slot) const {
     const WarmStart& w = warm[slot];
     const Vec3Q v = load(bodies[slot].linear);
@@ -123,12 +123,12 @@ struct BodyIntegration {
     return mean_velocity(v, load_three(motion[slot].acceleration), h);
   }
 
-  /// Rare, and a static function of its own, so that loops keep BodyIntegration's members in registers.
+  /// Rarely called. A static function of its own, so that loops keep BodyIntegration's members in registers.
   HWY_NOINLINE static bool slow_down_apart(SolverBody& body, WarmStart& warm, SpeedLimits limits) {
     return slow_down(body.linear, body.angular, warm, limits);
   }
 
-  /// Cheaper than the lengths of the velocities: true above either limit, and for some bodies near one.
+  /// Cheaper than computing velocities' lengths: true above either limit, and for some bodies near one.
   HWY_INLINE bool may_be_too_fast(const SolverBody& body) const {
     const QuadTag d;
     const float least = limits.linear < limits.angular ? limits.linear : limits.angular;
@@ -137,7 +137,7 @@ struct BodyIntegration {
   }
 };
 
-/// Integrates positions body by body. Bodies that need `spin` are collected, to spin side by side.
+/// Integrates positions body by body. Collects bodies that need `spin`, to spin them side by side.
 class PositionIntegration {
  public:
   explicit PositionIntegration(const BodyIntegration& of) : of_(of) {}
@@ -147,7 +147,7 @@ class PositionIntegration {
     waiting_[count_++] = slot;
     if (count_ == spin_lanes) end();
   }
-  /// To be called after the last body.
+  /// Call after the last body.
   void end() const {
     of_.spin({waiting_.data(), count_});
     count_ = 0;

@@ -8,7 +8,7 @@
 
 namespace fathom::native {
 
-// Union-find with path halving; the smaller root wins, so the outcome does not depend on the order of contacts.
+// Union-find with path halving. The smaller root wins, so the outcome does not depend on the order of contacts.
 std::uint32_t Islands::root(std::uint32_t slot) {
   while (parent_[slot] != slot) slot = parent_[slot] = parent_[parent_[slot]];
   return slot;
@@ -42,7 +42,7 @@ void Islands::connect(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a) 
     parent_[a] = b;
 }
 
-/// Bodies carried along by a moving surface stay awake, however slow; so do bodies driven along on one.
+/// Bodies that a moving surface carries along stay awake, however slow; so do bodies that drive along on their own.
 void Islands::look_at_surface(std::uint32_t index) {
   const Contact& c = graph_[index];
   const Vec3 velocity = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
@@ -105,7 +105,7 @@ bool Islands::is_at_rest(std::span<const std::uint32_t> members) {
   return is_supported || is_still;
 }
 
-/// Such a body needs support itself.
+/// A body that can be pushed needs support itself.
 bool Islands::can_be_pushed(std::uint32_t slot) const {
   return bodies_[slot].motion == MotionType::dynamic && state_.flags[slot] & awake;
 }

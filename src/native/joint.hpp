@@ -1,4 +1,4 @@
-// The native simulator's data of a joint, besides the JointTable's.
+// The native simulator's data of a joint, in addition to the JointTable's.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ struct Joint {
   Vec3 anchor_a, anchor_b;           ///< m, body axes
   Softness softness;
   float max_impulse = 0;  ///< N·s per substep, of a spring; 0 for a rigid joint
-  float max_start = 0;    ///< N·s, limit of the impulses with which sweeps begin a step
+  float max_start = 0;    ///< N·s, limit of warm-starting impulses at the start of a step
   std::uint8_t colour = no_colour;
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;

@@ -67,7 +67,7 @@ struct LaneBodies {
   }
 };
 
-/// The two bodies of a block; what their kind allows to skip is decided at compile time.
+/// The two bodies of a block. What their kind allows to skip is decided at compile time.
 template <class D, bool fixed_a, bool isotropic>
 struct Bodies {
   using V = hn::Vec<D>;
@@ -126,9 +126,9 @@ struct AnyBodies : Bodies<D, false, false> {
   }
 };
 
-/// Stores the bodies' velocities. A constraint with a body that is not finite, or that would make one so, leaves both
-/// unchanged and drops its impulses, so that NaN does not spread between bodies: if some lanes' `sums` are not finite,
-/// forget(bits) gets a bit for each of the other lanes.
+/// Stores the bodies' velocities. A constraint with a body that is not finite, or that would make one so, changes
+/// neither body and drops its impulses, so that NaN does not spread between bodies: if some lanes' `sums` are not
+/// finite, forget(bits) gets a bit for each of the other lanes.
 template <class D, class B, class Forget>
 HWY_INLINE void store_bodies(const Block<D>& block, B& bodies, hn::Vec<D> sums, const Forget& forget) {
   HWY_ALIGN float nowhere[8];

@@ -12,7 +12,7 @@
 
 namespace fathom::wide {
 
-/// Bodies of which only the position is used.
+/// Bodies of which only positions are used.
 struct PlacedBodies {
   static constexpr bool all_isotropic = true;
   static constexpr bool only_pushes_b = false;
@@ -185,7 +185,7 @@ struct LaneAccess {
   }
   Real push_out_velocity() const { return eight(push_out); }
   Limits limits(Real) const { return {eight(speed_limits.linear), eight(speed_limits.angular)}; }
-  // No joint in lanes needs it.
+  // No joint in lanes needs this.
   void look_at_masses(std::uint32_t, const MechanismLink&, wide::JointLink&, Real) const {}
 
  private:
@@ -243,7 +243,7 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     substitute(wide::all_set);
     look_all_ahead();
   }
-  /// Further rounds in the lanes of `go`, in each as long as one helps. Returns the lanes that had one.
+  /// Further rounds in the lanes of `go`, each lane as long as a round helps. Returns the lanes that had one.
   Mask take_more_rounds(Mask go) const {
     Mask went = Mask{};
     for (int round = 1; round < newton_rounds; ++round) {
@@ -256,8 +256,8 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     }
     return went;
   }
-  /// Like MechanismSolver's, looking ahead. Of the lanes `done_here`, returns those in which the substep can follow all
-  /// swings. Lanes that need no other limits wait for those that do: they are solved again with the same result.
+  /// Like MechanismSolver's, with look-ahead. Of the lanes `done_here`, returns those in which the substep can follow
+  /// all swings. Lanes that need no other limits wait for those that do: solving them again gives the same result.
   Mask solve_with_limits(Mask done_here) const {
     Mask waits = Mask{};
     for (int revision = 0;; ++revision) {

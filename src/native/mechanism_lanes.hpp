@@ -1,7 +1,7 @@
 // Solves up to eight mechanisms of the same shape side by side in lanes.
 //
-// A batch stores the states of its mechanisms (dynamics/link_state-inl.hpp) with eight lanes in place of each number,
-// from the start of a step to its end. The common work of a substep is done in lanes; a mechanism that needs anything
+// From the start of a step to its end, a batch stores the states of its mechanisms (dynamics/link_state-inl.hpp) with
+// eight lanes in place of each number. The common work of a substep is done in lanes. A mechanism that needs anything
 // else (`MechanismSolver::start_anew`, swings that a substep does not follow) is taken out of its lane, solved alone,
 // and put back. Either way its result is bit-identical.
 #pragma once
@@ -51,8 +51,8 @@ class MechanismLanes {
   void take_out(LaneBits lanes) const;
   void bring_back(LaneBits lanes) const;
 
-  // Like those of MechanismSolver, in substeps of length h (s). They return the lanes that they took out unchanged:
-  // these must be solved alone and brought back.
+  // Like those of MechanismSolver, in substeps of length h (s). They return the lanes that they took out unchanged,
+  // which must be solved alone and brought back.
   LaneBits warm_start(float h) const;
   LaneBits pull_together(float h) const;
   LaneBits relax(float h) const;

@@ -9,7 +9,7 @@ namespace fathom::native {
 
 namespace {
 
-/// Below this number of equal mechanisms each is faster alone.
+/// With fewer equal mechanisms, each is faster alone.
 constexpr std::size_t min_lanes = 3;
 
 }  // namespace
@@ -75,7 +75,7 @@ struct Mechanisms::Source {
 
   std::uint32_t bodies() const { return static_cast<std::uint32_t>(m.state_.size()); }
   std::uint32_t joints() const { return static_cast<std::uint32_t>(m.graph_.joint_slots()); }
-  /// A joint that only drives works well in sweeps.
+  /// Sweeps solve joints that only drive well enough.
   bool is_candidate(std::uint32_t slot) const {
     const Joint& j = m.graph_.joint(slot);
     if (!j.in_use || !j.rigid || j.colour == no_colour || j.kind == ConstraintKind::coupling) return false;
@@ -161,7 +161,7 @@ void Mechanisms::note_swings(std::uint32_t number) {
 }
 
 /// If one body of a mechanism lay on something, the mechanism would settle at the velocity meant for the others between
-/// positions; so would a driven one, whose drives aim at a velocity.
+/// positions. So would a driven one, whose drives aim at a velocity.
 bool Mechanisms::does_swing(const Mechanism& m) const {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     const MechanismLink& link = trees_.links()[i];
@@ -229,7 +229,7 @@ std::uint32_t Mechanisms::constraints_of(std::uint32_t slot) const {
   return static_cast<std::uint32_t>(std::popcount(state_.colour_mask[slot])) + state_.overflow_count[slot];
 }
 
-// A coupling's row and a direct solution of what it pushes would undo each other's work: a motor and a brake at two
+// A coupling's row and a direct solution of what it pushes would undo each other's work: a motor and a brake on two
 // wheels agree only in sweeps.
 bool Mechanisms::accepts(std::span<const MechanismLink> tree) const {
   return std::ranges::none_of(tree, [this](const MechanismLink& link) { return joints_[link.body].is_coupled; });

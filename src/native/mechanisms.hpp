@@ -21,10 +21,10 @@ class Mechanisms {
   Mechanisms(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph)
       : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
 
-  /// Follows coloured joints and the layout's groups. `has_moved`: the layout is new. Without groups the mechanisms are
-  /// divided among `threads`.
+  /// Follows coloured joints and the layout's groups. `has_moved`: the layout is new. Without groups, the mechanisms
+  /// are divided among `threads`.
   void update(const ConstraintLayout& layout, bool has_moved, std::size_t threads);
-  /// Some bodies have been isolated and are obstacles from here on.
+  /// Some bodies have been isolated and are obstacles from now on.
   void find_again(const ConstraintLayout& layout, std::size_t threads) {
     if (!def_.solver.direct_joints) return;
     find();
@@ -60,7 +60,7 @@ class Mechanisms {
   void relax(std::uint32_t batch, float h);
   void store(std::uint32_t batch);
 
-  /// Another state has been restored; the trees follow from its joints.
+  /// Another state has been restored. The trees follow from its joints.
   void find_anew() { is_to_find_ = true; }
 
   std::size_t memory_bytes() const;
@@ -94,7 +94,7 @@ class Mechanisms {
   void each(const MechanismBatch& batch, const Act& act) const {
     for (const std::uint32_t number : batch.numbers) act(mechanism(number));
   }
-  /// Solves what lanes leave to be done alone.
+  /// Solves alone what lanes leave.
   template <class Act>
   void do_alone(const MechanismLanes& lanes, const MechanismBatch& batch, LaneBits which, const Act& act) const;
 
@@ -116,7 +116,7 @@ class Mechanisms {
   };
   std::vector<Line> batch_memory_;
   static constexpr std::uint32_t no_shape = 0xffffffffu;
-  std::vector<std::uint32_t> shapes_;  // by mechanism: equal shapes do the same in lanes; or no_shape
+  std::vector<std::uint32_t> shapes_;  // by mechanism: equal shapes do the same work in lanes; or no_shape
   std::vector<std::uint32_t> group_of_;
   std::vector<Joints> joints_;  // by slot of a body: its coloured joints
   std::vector<Leaning> leaning_;

@@ -99,8 +99,8 @@ Forces forces_on(const Lanes& lanes, const BodyTable& bodies, const BodyState& s
   return f;
 }
 
-/// Lanes whose contacts did not touch have flown freely, but the solver rounded their velocity in every substep: they
-/// get the velocity of a free flight without that rounding. All others have no residual.
+/// Lanes whose contacts did not touch moved freely, but the solver rounded their velocity in every substep: they get a
+/// free body's velocity, without that rounding. All others have no residual.
 void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const Motion& before, Motion& m) {
   const D d;
   const QuadV<V> motion = lanes.load(state.motion.data(), 0);  // acceleration and linear damping
@@ -120,7 +120,7 @@ void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const
   take(free, flown.residual, m.residual);
 }
 
-/// Turns anisotropic bodies substep by substep; the solver has already turned those in contact (no `forces`).
+/// Turns anisotropic bodies substep by substep. The solver has already turned those in contact (no `forces`).
 void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
                       const Motion& before, const Forces* forces, Motion& m) {
   bool any = false;
@@ -206,8 +206,8 @@ void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& 
 // BodyBounds are read and written in quads.
 static_assert(offsetof(BodyBounds, fat_box) == 24 && offsetof(BodyBounds, half_extents) == 48);
 
-/// How far (m) bodies may leave their initial line of motion: the distance within which pairs are searched beside it.
-/// Zero for jointed bodies: a joint may pull them through others in contact.
+/// How far (m) bodies may leave their initial line of motion: as far beside it as pairs were searched. Zero for jointed
+/// bodies: a joint may pull them through others in contact.
 V allowed_aside(const Lanes& lanes, V radius, const BodyState& state, const MoveParameters& p) {
   const D d;
   const V beside = hn::Add(half_speculative_margin(radius, p.dt), set(fall_within(p.dt)));
@@ -243,7 +243,7 @@ void note_strays(const Lanes& lanes, V radius, const BodyTable& bodies, const Bo
   }
 }
 
-/// Updates the boxes of the lanes' new motion; a fat box only if the body has left the old one.
+/// Updates the boxes for the lanes' new motion; a fat box only if the body has left the old one.
 template <bool in_contact>
 void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
                   const Motion& before, const Motion& m) {
@@ -303,7 +303,7 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   }
 }
 
-/// m per step; substeps at the limit add up to slightly more than a step at it.
+/// m per step. Substeps at the limit add up to slightly more than a step at the limit.
 float max_moved(const MoveParameters& p) { return 1.01f * p.dt * p.limits.linear; }
 
 /// Whether all lanes are finite and within the limits.
@@ -348,7 +348,7 @@ HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const Mo
   return count;
 }
 
-/// Skips lanes with no rotation left: rounding would turn them, and the result would depend on which bodies share a
+/// Skips lanes with no rotation left: rounding would turn them, and results would depend on which bodies share a
 /// vector.
 void turn_further(Vec3V<V> turn, Motion& m) {
   const auto turns = hn::Gt(dot(turn, turn), hn::Zero(D()));

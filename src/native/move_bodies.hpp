@@ -12,8 +12,8 @@
 
 namespace fathom::native {
 
-/// Bodies that left the path predicted by their velocity, beyond the range searched for pairs: thrown by what they hit,
-/// by other bodies or by forces.
+/// Bodies that left the path predicted by their velocity, beyond the range searched for pairs, because of what they
+/// hit, other bodies or forces.
 struct Strays {
   struct Stray {
     std::uint32_t slot;

@@ -19,8 +19,8 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::CappedTag<float, 4> d;
 
-/// True by axis and, in the fourth lane, always: branches would be unpredictable. Another float must follow each box in
-/// memory.
+/// By axis; the fourth lane is always true. Comparing all axes avoids unpredictable branches. Another float must follow
+/// each box in memory.
 hn::Mask<decltype(d)> overlaps_by_axis(const Aabb& a, const Aabb& b) {
   const auto is_within = [](const Vec3& lower, const Vec3& upper) {
     return hn::Le(hn::LoadU(d, &lower.x), hn::LoadU(d, &upper.x));
@@ -34,7 +34,7 @@ bool have_parted(const BodyBounds& a, const BodyBounds& b, std::uint8_t flags) {
   return !hn::AllTrue(d, hn::Or(same_boxes, overlaps_by_axis(a.fat_box, b.fat_box)));
 }
 
-/// When the overlap with which two bodies began has faded away, their manifold may be kept again.
+/// Once the overlap with which two bodies began has faded, their manifold may be recycled again.
 void forget_overlap(Contact& c, Children children, const BodyTable& bodies) {
   if (!c.slack.recycles() && !c.slack.is_lifted() && c.slack.overlap() < overlap_gone)
     c.slack = Slack::of_distance(recycle_distance(c, children, bodies));
@@ -129,7 +129,7 @@ HWY_NOINLINE Change NarrowPhase::put_at_seam(std::uint32_t index, Contact& c, co
 
 Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh, const Inspection& seen,
                          ContactManifold* manifold) const {
-  // The bounds of boxes suffice to tell that they are slow, without BodyInfo.
+  // The bounds of boxes suffice to tell that they are slow: no need for BodyInfo.
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
   const float half = min(min_component(a.half_extents), min_component(b.half_extents));
   if (movement_of(seen.margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))

@@ -44,7 +44,7 @@ struct FastPair {
 /// Distance (m) that a contact's bodies, with `children` touching, may move relative to each other before its manifold
 /// is rebuilt.
 float recycle_distance(const Contact& contact, Children children, const BodyTable& bodies);
-/// The same in the contact's current state: 0 while the manifold is not to be kept.
+/// The same in the contact's current state: 0 if the manifold must not be kept.
 inline float kept_within(const Contact& contact, Children children, const BodyTable& bodies) {
   return contact.slack.is_lifted() ? recycle_distance(contact, children, bodies) : contact.slack.recycle_distance();
 }
@@ -74,7 +74,7 @@ struct NarrowPhase {
   bool& has_new_parts;                      ///< some of `begun` are
   const Seams& seams;
 
-  /// Applies the result `fresh` of a collision: to the `manifold` of a touching contact, or to `begun`.
+  /// Applies the collision's result `fresh` to the `manifold` of a touching contact, or appends it to `begun`.
   Change take(std::uint32_t index, Contact& contact, const Manifold& fresh, const Inspection& seen,
               ContactManifold* manifold) const;
 
@@ -84,7 +84,7 @@ struct NarrowPhase {
   friend class PartedPair;
   Change put(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
              ContactManifold* manifold) const;
-  /// Applies what counts of it at seams.
+  /// Applies the part of it that counts at seams.
   Change put_kept(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
                   ContactManifold* manifold) const {
     if (fresh.count > 0 && contact.fixed_a && seams.may_have(contact.a)) [[unlikely]]
@@ -98,15 +98,15 @@ struct NarrowPhase {
 /// Contacts that are updated at once.
 inline constexpr std::size_t contact_grain = BoxPairs::most;
 
-/// `update_contact` of contacts [first, end), up to `contact_grain` of `contacts`; boxes that do not touch yet are
-/// tested side by side. changes[i] is what happened to contact first + i. Contacts that nothing moves are skipped.
+/// `update_contact` of contacts [first, end), up to `contact_grain` of `contacts`. Boxes that do not touch yet are
+/// tested side by side. changes[i] is what happened to contact first + i. Skips contacts that nothing moves.
 void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint32_t end, ContactManifold* manifolds,
                      const NarrowPhase& narrow_phase, Change* changes);
 
 /// The same for all parts of a pair that may touch in several parts, given by its first contact (parted_pairs.cpp).
 Change update_parts(std::uint32_t index, const NarrowPhase& narrow_phase);
 
-/// Updates the contact's axis and, if it touches already, its `manifold`; appends a first manifold to `begun` with
+/// Updates the contact's axis and, if it already touches, its `manifold`. Appends a first manifold to `begun` with
 /// contact index `index`. Writes nothing else.
 Change update_contact(std::uint32_t index, Contact& contact, ContactManifold* manifold,
                       const NarrowPhase& narrow_phase);

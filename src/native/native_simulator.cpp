@@ -126,7 +126,7 @@ void NativeSimulator::optimize_broad_phase() {
   }
   pool_.use(pool_.size());
   find_new_pairs();
-  // The next step need not find them again. Bodies with existing contacts still have to be tested for having parted.
+  // The next step need not find them again. But bodies with existing contacts must still be tested for having parted.
   for (const std::uint32_t slot : found) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   tree_.refresh(bodies, state_.bounds.data(), pool_);
 }
@@ -188,8 +188,8 @@ void NativeSimulator::build_constraints() {
   active_.refresh_in_contact(bodies, state_);
   const std::size_t in_contact = active_.in_contact().size(), active = active_.active().size();
   if (!cell_solver_) division_.update(graph_, active_.active(), in_contact, state_, pool_);
-  // Most of the layout is one thread's work. Meanwhile the others move bodies without contacts, which nothing else
-  // reads any more. A single thread does that once it no longer needs the other bodies in its cache.
+  // Most of the layout is one thread's work. Meanwhile the others move free bodies, which nothing else reads any more.
+  // A single thread does that once it no longer needs the other bodies in its cache.
   are_free_moved_ = pool_.thread_count() > 1 && 2 * in_contact < active;
   if (are_free_moved_)
     move_free([&] { lay_out_constraints(); });
@@ -321,7 +321,7 @@ void NativeSimulator::set_state(std::uint32_t slot, const Pose& pose, const Velo
   }
 }
 
-// The body stays where it is, a fixed obstacle, until the application moves it.
+// The body stays where it is, as a fixed obstacle, until the application moves it.
 void NativeSimulator::isolate(std::uint32_t slot) {
   state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] | isolated) & ~awake);
   Pose pose = state_.poses[slot];
@@ -350,7 +350,7 @@ void NativeSimulator::arrive() {
   targets_.clear();
 }
 
-/// Isolates bodies that failed as they were moved, when nothing can have seen them.
+/// Isolates bodies that failed as they were moved, before anything has seen them.
 void NativeSimulator::isolate_moved() {
   for (const std::uint32_t slot : active_.active())
     if ((state_.flags[slot] & (isolated | awake)) == (isolated | awake)) isolate(slot);

@@ -101,7 +101,7 @@ class NativeSimulator : public Simulator {
   /// Moves bodies by the solver's result, or by gravity alone.
   template <bool in_contact>
   void move_part(std::span<const std::uint32_t> slots);
-  /// Moves all bodies that the solver does not, while the caller's thread begins with alone().
+  /// Moves all bodies that the solver does not, while the calling thread begins with alone().
   template <class Alone>
   void move_free(const Alone& alone);
   void lay_out_constraints();
@@ -166,7 +166,7 @@ class NativeSimulator : public Simulator {
   void define_couplings_beside(std::uint32_t joint, std::uint32_t ignoring = none);
   void wake_joined(std::uint32_t joint);
   void restore_joints(ByteReader& in);
-  /// Wakes sleeping bodies that fixed bodies were added to or moved into.
+  /// Wakes sleeping bodies that a fixed body was added to or moved into.
   void wake_below_fixed();
   void count();
   std::size_t list_bytes() const;
@@ -194,7 +194,7 @@ class NativeSimulator : public Simulator {
     std::uint32_t slot = none;
     std::uint32_t unused[3] = {};  // in place of padding, which snapshots would include
   };
-  std::vector<Target> targets_;               // a body's last one counts
+  std::vector<Target> targets_;               // a body's last target counts
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_, pairs_let_;

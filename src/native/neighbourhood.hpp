@@ -1,6 +1,6 @@
 // Which bodies are close together, so that a thread's share of bodies and its shares of the colours' contacts cover
-// about the same region and stay in its cache from loop to loop. It orders work whose order does not matter: no result
-// depends on it.
+// about the same region and stay in its cache from loop to loop. It orders only work whose order does not matter: no
+// result depends on it.
 #pragma once
 
 #include <algorithm>

@@ -13,11 +13,11 @@
 
 namespace fathom::native {
 
-/// Loads by slot, written by all threads as impulses are stored. An overload in two steps in a row is not a hit. Only
-/// bodies with a noted load cost time.
+/// Loads by slot, which all threads write as they store impulses. An overload in two consecutive steps is not a hit.
+/// Only bodies with a noted load cost time.
 class Overloads {
  public:
-  /// To be called when bodies are added.
+  /// Call when bodies are added.
   void resize(std::size_t slots) {
     const std::size_t before = loads_.size();
     if (slots <= before) return;
@@ -38,7 +38,7 @@ class Overloads {
     std::atomic_ref<bool>(any_).store(true, std::memory_order_relaxed);
     list(slot);
   }
-  /// The body has at least this inertia in this step; to be called after the step has begun.
+  /// The body has at least this inertia in this step. Call after the step has begun.
   void require(std::uint32_t slot, float inertia) {
     loads_[slot].inertia_scale = std::max(loads_[slot].inertia_scale, inertia);
     any_scaled_ = true;
@@ -46,14 +46,14 @@ class Overloads {
   }
   /// Some body was overloaded in the last step.
   bool any() const { return any_; }
-  /// The body was overloaded in the last step and in the one before.
+  /// The body was overloaded in the last two steps.
   bool lasts(std::uint32_t slot) const { return slot < loads_.size() && loads_[slot].lasting() > 0; }
   /// Some body has more than its own inertia in this step.
   bool any_scaled() const { return any_scaled_; }
   /// The body's inertia in this step, as a multiple of its own.
   float inertia_scale(std::uint32_t slot) const { return loads_[slot].inertia_scale; }
   /// Begins a step. Sleeping bodies keep their load and inertia: they wake under that load, whose impulses would throw
-  /// a body with its own inertia only.
+  /// a body that has only its own inertia.
   template <class IsAwake>
   void advance(const IsAwake& is_awake) {
     if (!any() && !had_any_ && !any_scaled_ && !any_asleep_) return;

@@ -1,7 +1,7 @@
 // Pairs found by many threads, body by body, gathered in the order of bodies.
 //
-// All pairs found by one body are consecutive in the searching thread's list. So the position of each body's pairs is
-// counted out, and every thread copies those of some bodies: nothing is sorted.
+// All pairs found by one body are consecutive in the searching thread's list. So the position of each body's pairs can
+// be counted, and every thread copies the pairs of some bodies. Nothing is sorted.
 #pragma once
 
 #include <cstdint>

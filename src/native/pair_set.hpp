@@ -99,7 +99,7 @@ class PairSet {
     }
   };
 
-  // A pair has two different slots, so its larger slot is not 0 and neither is the key.
+  // A pair has two different slots, so its larger slot is not 0, and neither is the key.
   static std::uint64_t make_key(std::uint32_t a, std::uint32_t b) {
     return a < b ? static_cast<std::uint64_t>(b) << 32 | a : static_cast<std::uint64_t>(a) << 32 | b;
   }

@@ -1,5 +1,5 @@
-// Pairs that may touch in several parts, each with a contact of its own: with a surface one per direction of touch
-// (terrain/), with a compound one per pair of children, with both one per combination. Parts are matched with those of
+// Pairs that may touch in several parts, each with a contact of its own: one per contact direction with a surface
+// (terrain/), one per pair of children with a compound, one per combination with both. Parts are matched with those of
 // the last step by children, and those of surfaces also by normal.
 #include <algorithm>
 #include <tuple>
@@ -55,7 +55,7 @@ Manifold moved(Manifold m, const Pose& pose) {
 
 }  // namespace
 
-/// One pair during its update. All its contacts are handled by one thread, that of the first one.
+/// One pair during its update. The thread that has its first contact handles all its contacts.
 class PartedPair {
  public:
   PartedPair(std::uint32_t first, const NarrowPhase& narrow_phase, PairScratch& scratch)
@@ -103,8 +103,8 @@ class PartedPair {
     return none;
   }
 
-  /// Whether all parts but `asked`, already tested, have moved little. A turning compound moves its other children too:
-  /// none of these may come near unseen.
+  /// Whether all parts but `asked`, already tested, have moved little. A turning compound also moves its other
+  /// children, none of which may come near unnoticed.
   bool others_moved_little(std::uint32_t asked) const {
     const Pose b_in_a = relative(pose_a(), pose_b());
     for (const Part& part : scratch_.parts) {
@@ -165,7 +165,7 @@ class PartedPair {
     for (const std::uint32_t child : near_children_of_b()) watch(child);
   }
 
-  /// Has the piece's end pose checked after the step: a load may press a thin piece through within one step.
+  /// Makes the piece's end pose be checked after the step: a load may press a thin piece through within one step.
   void watch(std::uint32_t child_b) {
     const Contact& c = contact(first_);
     narrow_phase_.fast.push_back({first_, c.a, c.b, pose_a(), pose_b(), {}, {0, child_b}});
@@ -309,7 +309,7 @@ class PartedPair {
     return part;
   }
 
-  /// The unmatched touching part of the same children whose normal is nearest to the found one; null if there is none,
+  /// The unmatched touching part of the same children whose normal is nearest to the found one. Null if there is none
   /// or, with a surface, none near enough.
   Part* max_alike(const FoundPart& found) const {
     Part* best = nullptr;
@@ -341,8 +341,9 @@ Change update_parts(std::uint32_t index, const NarrowPhase& narrow_phase) {
   return PartedPair(index, narrow_phase, scratch).update();
 }
 
-/// A piece's centre never gets behind a triangle, which would push it out on the other side. From half the piece's
-/// thickness in front, or from its initial distance, it slides along the triangle and loses its approach velocity.
+/// Never lets a piece's centre get behind a triangle, which would push it out on the other side. From half the piece's
+/// thickness in front, or from its initial distance, the centre slides along the triangle and loses its approach
+/// velocity.
 bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   thread_local SurfaceScratch scratch;
   const BodyInfo& a = bodies[pair.a];
@@ -352,14 +353,14 @@ bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   const Pose begin_of_piece = pair.pose_b * b.pose, end_of_piece = end * b.pose;
   const Vec3 moved = inverse_transform(state_.poses[pair.a], end_of_piece.position) -
                      inverse_transform(pair.pose_a, begin_of_piece.position);
-  // A piece as slow as this is pushed out before many such steps take it through.
+  // A piece this slow is pushed out long before many such steps could take it through.
   constexpr float creep = 1.0f / 32;
   if (length_squared(moved) <= creep * creep * b.half * b.half) return false;
   Velocity v = state_.velocities[pair.b];
   const CentreWay way =
       centre_way({a.geometry, a.radius, pair.pose_a, of_surface}, {b.geometry, b.radius, begin_of_piece, v},
                  state_.poses[pair.a], end_of_piece, b.half, scratch);
-  // A piece already held back stops at the same place again.
+  // A piece already held back stops at the same position again.
   constexpr float there = 1e-3f;
   if (way.stops == 0 || length_squared(way.end - end_of_piece.position) <= there * there * b.half * b.half)
     return false;

@@ -1,8 +1,9 @@
-// The application's say about contacts before they are solved (PreSolveContact).
+// Asks the application about contacts before they are solved (PreSolveContact).
 //
-// One thread asks it between the narrow phase and the graph. A refused contact ends or does not begin: solver, events,
+// One thread asks between the narrow phase and the graph. A refused contact ends or does not begin: solver, events,
 // islands and snapshots know nothing of disabled contacts. The application's friction and restitution go to the
-// manifold, the surface slide to the graph, until the contact is asked about again or its materials are mixed again.
+// manifold, the surface slide to the graph. They last until the contact is asked about again or its materials are mixed
+// again.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +24,9 @@ class PreSolve {
 
   /// After the narrow phase: asks about contacts that touch, then about those that begin to.
   void ask(ContactChanges& changes);
-  /// Applies its answers for contacts that have begun since.
+  /// Applies the answers for contacts that have begun since.
   void give_materials(std::span<const NewManifold* const> begun);
-  /// Whether A may stop B, which is fast. `normal` (world axes, from A to B) is for pairs that the application has not
+  /// Whether A may stop the fast body B. `normal` (world axes, from A to B) is for pairs that the application has not
   /// been asked about in this step.
   bool may_stop(const FastPair& pair, Vec3 normal);
 

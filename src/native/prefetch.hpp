@@ -17,8 +17,8 @@ inline void prefetch_to_write(const void* line) {
 #endif
 }
 
-/// Calls each act for all of [begin, end), each a few iterations ahead of the next act: scattered memory is fetched
-/// level by level until the last act finds it in the cache.
+/// Calls each act for all of [begin, end), each a few iterations ahead of the next one, so that scattered memory is
+/// fetched level by level and the last act finds it in the cache.
 template <class... Acts>
 void one_after_the_other(std::size_t begin, std::size_t end, const Acts&... acts) {
   constexpr std::size_t turns = 3, last = turns * (sizeof...(acts) - 1);

@@ -123,8 +123,8 @@ HWY_INLINE Vec3V<V> load_acceleration(const std::uint32_t* slots, const BodiesVi
   return {hn::IfThenElseZero(moved, a.x), hn::IfThenElseZero(moved, a.y), hn::IfThenElseZero(moved, a.z)};
 }
 
-/// The spin lever of round contacts, and `fathom::roll_row` for rolling resistance. Out of line, so that other blocks
-/// pay nothing.
+/// The spin lever of round contacts, and `fathom::roll_row` for rolling resistance. Out of line, so that it costs other
+/// blocks nothing.
 template <class D>
 HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained) {
   HWY_ALIGN float length[Block<D>::width] = {}, impulse[3][Block<D>::width] = {};
@@ -145,7 +145,7 @@ HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indi
   block.set3(roll_x, mul_add(mul_add(along_t1, hn::Load(D(), impulse[1]), f.t2), hn::Load(D(), impulse[2]), f.n));
 }
 
-/// What moving surfaces add to sliding velocities. Out of line, so that other blocks pay nothing.
+/// What moving surfaces add to sliding velocities. Out of line, so that it costs other blocks nothing.
 template <class D>
 HWY_NOINLINE void prepare_surfaces(const Block<D>& block, const std::uint32_t* indices,
                                    const Constrained& constrained) {
@@ -183,7 +183,7 @@ HWY_INLINE std::uint16_t lane_bits(hn::Mask<D> mask) {
   return static_cast<std::uint16_t>(bits[0] | bits[1] << 8);
 }
 
-/// Notes which lanes touched so far and which are near enough to touch (`fathom::touch_distance`).
+/// Notes which lanes touched so far, and which are near enough to touch (`fathom::touch_distance`).
 template <class D>
 HWY_INLINE void note_touch_bits(const Block<D>& block, const LaneContacts<D>& lanes, hn::Vec<D> nearest) {
   const hn::RebindToSigned<D> di;
@@ -200,7 +200,7 @@ HWY_INLINE void note_touch_bits(const Block<D>& block, const LaneContacts<D>& la
   h.hits = lane_bits<D>(is_set(hn::And(hn::ShiftRight<1>(bits), one)));
 }
 
-/// Lanes whose manifolds were made where their bodies will meet. One by one, as few are.
+/// Lanes whose manifolds were made where their bodies will meet. Handled one by one, as they are few.
 template <class D>
 HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
                                 const BodiesView& view) {
@@ -348,7 +348,7 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   return point_count;
 }
 
-/// Prefetches the sources of a block, mostly written by other threads. The contacts themselves are fetched one block
+/// Prefetches the sources of a block, most of which other threads wrote. The contacts themselves are fetched one block
 /// earlier.
 template <class D>
 HWY_INLINE void prefetch_lanes(const std::uint32_t* lanes, const Constrained& constrained, const BodiesView& view) {
@@ -368,7 +368,7 @@ HWY_INLINE Vec3 slide_of(const Block<D>& block, std::size_t lane) {
   return {block.at(surface_x)[lane], block.at(surface_y)[lane], block.at(surface_z)[lane]};
 }
 
-/// Depth of the deepest point as the step began (m).
+/// Depth of the deepest point at the start of the step (m).
 template <class D>
 HWY_INLINE float depth_of(const Block<D>& block, std::size_t lane, const Constrained& constrained, const Contact& c) {
   float nearest = 1e30f;
@@ -391,8 +391,8 @@ HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
   }
 }
 
-/// Fades the overlaps of contacts whose bodies began inside each other, and changes the lifts of those pressed deep by
-/// a load.
+/// Fades the overlaps of contacts whose bodies began inside each other, and changes the lifts of those that a load
+/// presses deep.
 template <class D>
 HWY_NOINLINE void change_offsets(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
                                  float overlap_kept, const LoadWatch& watch) {

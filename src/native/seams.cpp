@@ -103,7 +103,8 @@ std::span<const Vec3> normals_in(const Surface& surface, const Aabb& box) {
   return normals;
 }
 
-/// The neighbour continues where the surface with this normal ends, rising by less than 45°: it is no wall.
+/// Whether the neighbour continues where the surface with this normal ends, rising by less than 45°: then it is no
+/// wall.
 bool goes_on(const NeighbourSolid& neighbour, Vec3 point, Vec3 normal, float gap) {
   const Vec3 direction = inverse_rotate(neighbour.pose.rotation, normal);
   const Vec3 way = transform(neighbour.pose, support(neighbour.shape, direction)) - point;
@@ -183,7 +184,7 @@ bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre,
   return false;
 }
 
-/// Adds the other fixed bodies that the box, in the frame of the body `slot`, meets, if they collide with B.
+/// Adds other fixed bodies that meet the box (in the frame of the body `slot`) and collide with B.
 void Seams::add_fixed(std::uint32_t slot, const Pose& pose, const SeamSide& b, const Aabb& box,
                       SeamNeighbours& neighbours) const {
   thread_local std::vector<std::uint32_t> slots;

@@ -1,5 +1,5 @@
 // The native simulator's part of a snapshot: everything that later steps depend on, so that they are bit-identical.
-// That includes orders: of contacts, colours' lists and tree leaves. Derived data is rebuilt: the set of pairs, boxes
+// That includes the order of contacts, colours' lists and tree leaves. Derived data is rebuilt: the set of pairs, boxes
 // of tree nodes, lists of active bodies, blocks of constraints.
 #include <algorithm>
 

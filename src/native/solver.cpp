@@ -39,7 +39,7 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, const
 
 // --- what a solver iterates over -----------------------------------------------------------------------------
 
-/// Does the work that `act` has left for the end of its loop.
+/// Does the work that `act` has postponed to the end of its loop.
 template <class Act>
 static void end_loop(const Act& act) {
   if constexpr (requires { act.end(); }) act.end();
@@ -114,8 +114,9 @@ class ContactSolver::Everything {
   ContactSolver& s_;
 };
 
-/// A sweep is a loop over the domains of each division. Work on single bodies, and contacts with non-dynamic ones,
-/// which come last in a sweep because that is the firmer side, wait for the next loop over the first division.
+/// A sweep is a loop over the domains of each division. Two kinds of work wait for the next loop over the first
+/// division: that on single bodies, and contacts with non-dynamic ones, which come last in a sweep because that is the
+/// firmer side.
 class ContactSolver::InDomains {
  public:
   explicit InDomains(ContactSolver& solver) : s_(solver), layout_(solver.layout_), domains_(solver.graph_.domains()) {}
@@ -331,7 +332,7 @@ void ContactSolver::load_group(std::span<const std::uint32_t> slots) {
   }
 }
 
-// Stand-ins move through the step. The bodies themselves are at its end already, for code that reads their targets.
+// Stand-ins move through the step. The bodies themselves are already at its end, for code that reads their targets.
 void ContactSolver::load_kinematic() {
   const BodyIntegration integrate = integration(def_.dt / static_cast<float>(def_.solver.substeps));
   for_each_part_of_kinematic([&](std::span<const std::uint32_t> slots) {
@@ -405,7 +406,7 @@ void ContactSolver::load_body(std::uint32_t slot) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
   if (info.motion != MotionType::dynamic) {
     state_.motion[slot] = {};
-    // Slightly below the limits, so that no substep limits it again: stand-ins keep their initial velocity.
+    // Slightly below the limits, so that no substep clamps it again: stand-ins keep their initial velocity.
     const SpeedLimits limits = speed_limits(def_.solver.max_linear_speed, h);
     body.linear = limited(v.linear, 0.99999f * limits.linear);
     body.angular = limited(v.angular, 0.99999f * limits.angular);
@@ -415,7 +416,7 @@ void ContactSolver::load_body(std::uint32_t slot) {
   if (state_.flags[slot] & has_force || !info.isotropic || supports_.overloads().any_scaled()) load_extras(slot);
 }
 
-// Out of line: most bodies do not need it, and it would cost them registers.
+// Out of line: most bodies do not need it, and it would cost registers.
 HWY_NOINLINE void ContactSolver::load_extras(std::uint32_t slot) {
   const BodyInfo& info = bodies_[slot];
   const Quat q = state_.poses[slot].rotation;
@@ -561,7 +562,7 @@ void ContactSolver::finish_all(const Act& act) {
 
 template <class Act>
 void ContactSolver::finish_domains(const Act& act) {
-  // Each domain of the first division stores its own impulses, and a share of those across borders.
+  // Each domain of the first division stores its own impulses, and a share of those that cross borders.
   const std::size_t count = graph_.domains().count(0);
   const Unit* const units = layout_.units().data();
   const std::size_t first = units[count].blocks.begin, across = layout_.blocks() - first;
@@ -576,11 +577,11 @@ void ContactSolver::finish_domains(const Act& act) {
     store(unit.blocks.begin, unit.blocks.end);
     store(first + i * across / count, first + (i + 1) * across / count);
   });
-  // Only after all impulses are stored, which needs the initial velocities of bodies on both sides of a border.
+  // Only after all impulses are stored: that needs the initial velocities of bodies on both sides of a border.
   work.for_each_first([&](const Unit& unit) { act(layout_.bodies(unit)); });
 }
 
-// One thread solves a group completely while it is in its cache; groups with a body that is not finite wait for the
+// One thread solves a group completely while it is in its cache. Groups with a body that is not finite wait for the
 // others and are solved again.
 template <class Act>
 void ContactSolver::solve_groups(const Act& act, const Isolate& isolate) {

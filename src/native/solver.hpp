@@ -33,7 +33,7 @@ namespace fathom::native {
 
 struct BodyIntegration;
 
-/// What a substep carries over of earlier impulses: nothing, W brought up to date, or W as it is.
+/// What a substep carries over from earlier impulses: nothing, W brought up to date, or W as it is.
 enum class Carry { nothing, to_date, as_is };
 
 using Isolate = std::function<void(std::span<const std::uint32_t>)>;
@@ -54,16 +54,16 @@ class ContactSolver {
 
   /// Whether contacts are laid out by domains, which needs no neighbourhood.
   bool may_use_domains() const { return layout_.may_use_domains(); }
-  /// Lays out blocks of constraints, neighbours together, and finds the structures that sweeps are too soft for.
-  /// `step`: number of the step.
+  /// Lays out blocks of constraints, neighbours together, and finds structures that sweeps are too soft for. `step`:
+  /// number of the step.
   void lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step);
   /// Gathers what the sweeps read, unless `solve` will do that group by group.
   void build();
-  /// All substeps; stores the impulses to the contacts and calls act(slots), on any thread, for parts of the bodies in
-  /// contact, for which `BodyState::solver` then contains the step's velocities and movement.
+  /// Solves all substeps and stores the impulses to the contacts. Calls act(slots), on any thread, for parts of the
+  /// bodies in contact, for which `BodyState::solver` then contains the step's velocities and movement.
   ///
   /// If any body comes out not finite, the result is discarded: isolate(slots) turns such bodies into obstacles that
-  /// stay where they are, and all that could have been affected is solved again from the beginning of the step, until
+  /// stay where they are, and everything they could have affected is solved again from the beginning of the step, until
   /// every body is finite. The result is as if they had been removed before.
   void solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate);
 
@@ -110,8 +110,8 @@ class ContactSolver {
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();
   BodiesView view();
-  /// In a sweep, joints to fixed bodies come after those between moving ones: axles with their drives after gears.
-  /// Without the last word a gear yields to them, and what it drives never reaches an even speed.
+  /// In a sweep, joints to fixed bodies (axles with their drives) come after those between moving ones (gears). Unless
+  /// a gear has the last word, it yields to them, and what it drives never reaches an even speed.
   bool couplings_follow() const { return joints_.coupling_count() > 0; }
   const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);

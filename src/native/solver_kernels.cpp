@@ -1,9 +1,9 @@
-// Constraints in vector lanes: one constraint per lane; the constraints of a colour share no body. The law of contacts
+// Constraints in vector lanes: one constraint per lane. The constraints of a colour share no body. The law of contacts
 // is in dynamics/contact-inl.hpp, those of joints beside it.
 //
-// Lanes are independent, and the operations of each do not depend on the width, so results do not depend on the
-// instruction set. Where a block skips work that would add zero to all its lanes, only the sign of a zero can differ,
-// and states are published without negative zeros.
+// Lanes are independent, and each lane's operations do not depend on the width, so results do not depend on the
+// instruction set. If a block skips work that would add zero to all its lanes, only the sign of a zero can differ, and
+// states are published without negative zeros.
 
 #define HWY_DISABLE_PCLMUL_AES
 // Only vectors with a length known at compile time: no SVE.
@@ -31,7 +31,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
 
-/// `carried_slide` of lanes with a kinematic A. Out of line, so that other blocks pay nothing.
+/// `carried_slide` of lanes with a kinematic A. Out of line, so that it costs other blocks nothing.
 template <class B, class V>
 HWY_NOINLINE Vec3V<V> carried_slide_of_moving(const ContactAxesOf<V>& axes, const B& bodies, float lead) {
   const hn::DFromV<V> d;
@@ -187,7 +187,7 @@ constexpr JointPass joint_pass(ContactPass pass) {
                                       : JointPass::iterate;
 }
 
-/// Ball joints and couplings tell only a relaxing sweep from others: one instance serves the rest.
+/// Ball joints and couplings distinguish only a relax sweep from others: one instance serves all of those.
 constexpr JointPass plain_pass(JointPass pass) { return pass == JointPass::relax ? JointPass::relax : JointPass::soft; }
 
 template <JointPass pass, class D>
@@ -394,7 +394,7 @@ const SolverKernels* selected = nullptr;
 
 }  // namespace
 
-// From the table: the solver's masses include inertia added by loads.
+// From the table, because the solver's masses include inertia added by loads.
 float LoadWatch::inverse_mass(std::uint32_t slot) const {
   return bodies[slot].inverse_mass > 0 ? (*table)[slot].inverse_mass : 0.0f;
 }

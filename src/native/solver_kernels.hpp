@@ -48,7 +48,7 @@ struct LoadWatch {
   const SolverBody* bodies = nullptr;
   const Velocity* before = nullptr;  ///< velocities at the start of the step
   std::span<const float> heaviest;   ///< by slot (kg), of a body's structure; 0 for bodies without support
-  float least = 0;                   ///< m/s; velocity change below which an impulse is ignored, whatever the bodies
+  float least = 0;                   ///< m/s; impulses that change velocities by less are ignored, whatever the bodies
   float unit = 0;                    ///< m/s, for a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
   float dt = 0;                      ///< s
@@ -82,9 +82,9 @@ struct Constrained {
   TouchWatch touches{};
 };
 
-/// Blocks of one width. Restitution data is stored separately, and only if anything bounces. Inertia tensors, then
-/// rolling resistance or moving surfaces come last in a block, which ends before them if all bodies are isotropic, or
-/// nothing has any.
+/// Blocks of one width. Restitution data is stored separately, and only if anything bounces. A block ends with inertia
+/// tensors, then rolling resistance or moving surfaces; it ends before them if all bodies are isotropic, or if nothing
+/// rolls or has a moving surface.
 struct BlockArray {
   std::byte* blocks = nullptr;
   float* bounces = nullptr;
@@ -142,15 +142,15 @@ struct SolverKernels {
   void (*bounce)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  /// Sweeps over couplings alone, after the same pass over everything.
+  /// Sweeps over couplings only, after the same pass over everything.
   void (*solve_couplings)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
                           const SweepParameters& p);
   void (*relax_couplings)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
                           const SweepParameters& p);
   void (*iterate_couplings)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
                             const SweepParameters& p);
-  /// Stores accumulated impulses to the manifolds, and the step's offsets (`Slack::offset`) to the contacts; notes
-  /// touches and hits. Bodies must not have been moved.
+  /// Stores accumulated impulses to the manifolds, and the step's offsets (`Slack::offset`) to the contacts. Notes
+  /// touches and hits. Call before bodies are moved.
   void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const ConstraintRef* lanes,
                 const Constrained& constrained, float overlap_kept, const LoadWatch& watch);
 };

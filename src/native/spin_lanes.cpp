@@ -9,7 +9,7 @@ namespace fathom::native {
 
 namespace {
 
-/// Below this number a body is faster alone.
+/// With fewer bodies, each is faster alone.
 constexpr std::size_t min_lanes = 3;
 
 void spin_alone(const SpinningBodies& all, std::uint32_t slot, float h) {

@@ -2,8 +2,8 @@
 //
 // Nothing pushes a kinematic body, so it bounds islands and domains like a fixed one. But it moves from substep to
 // substep, and groups and domains do not run in step. So each such *part* has stand-ins for the kinematic bodies that
-// its constraints touch, and moves them with its own bodies, all by the same operations, so that they are where the
-// body itself would be.
+// its constraints touch, and moves them along with its own bodies. All parts use the same operations, so stand-ins are
+// where the body itself would be.
 #pragma once
 
 #include <cstddef>
@@ -27,10 +27,10 @@ class StandIns {
 
   // By the part's thread.
 
-  /// Makes stand-ins of the moving bodies as loaded, and puts them into the part's blocks, which must have just been
-  /// prepared.
+  /// Makes stand-ins of the moving bodies as loaded, and puts them into the part's blocks. Call right after preparing
+  /// these.
   void make(std::size_t part, BlockArray blocks);
-  /// Moves them on by a substep of length h (s).
+  /// Advances them by a substep of length h (s).
   void move(std::size_t part, float h);
   /// Restores the bodies themselves in the blocks.
   void remove(std::size_t part, BlockArray blocks);

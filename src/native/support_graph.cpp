@@ -96,8 +96,8 @@ void SupportGraph::for_each_contact(const Act& act) const {
     graph_.for_each_of_colour(colour, [&](std::uint32_t index) { act(index, graph_[index]); });
 }
 
-// A dynamic body with a coloured contact is among those in contact, so no other number is read. Bodies without
-// contacts cost nothing.
+// A dynamic body with a coloured contact is in contact, so no arbitrary number is read. Bodies without contacts cost
+// nothing.
 void SupportGraph::number(std::span<const std::uint32_t> in_contact) {
   grow_to(numbers_, state_.size());
   grow_to(nodes_, in_contact.size());

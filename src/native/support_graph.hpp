@@ -46,7 +46,7 @@ class SupportGraph {
               std::uint64_t step);
   /// Levels are found again in the next step.
   void forget_levels() { levelled_at_ = 0; }
-  /// Suspends the search for new structures until this step: all were coming down.
+  /// Suspends the search for new structures until this step, because all were collapsing.
   void rest_until(std::uint64_t step) { resume_at_ = step; }
 
   bool empty() const { return members_.empty(); }
@@ -57,7 +57,7 @@ class SupportGraph {
   std::span<const Structure> structures() const { return structures_; }
   std::span<const Member> members() const { return members_; }
   std::span<const Support> supports() const { return supports_; }
-  /// Supports of which the member is the lower body.
+  /// Supports whose lower body is the member.
   std::span<const std::uint32_t> loads(const Member& m) const { return {loads_.data() + m.first_load, m.load_count}; }
   std::size_t memory_bytes() const;
 

@@ -51,7 +51,7 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   choose_held(step);
 }
 
-// New members of a structure count as held at once: otherwise springs yielding to the load that a solution gave their
+// New members of a structure count as held at once. Otherwise springs that yield to the load a solution gave their
 // contacts would release it again.
 void SupportSolver::choose_held(std::uint64_t step) {
   make_room(held_, state_.size());
@@ -146,7 +146,7 @@ bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) cons
   return any;
 }
 
-/// Adds the surface's motion to that of what stands on it. False if that motion is through the contact.
+/// Adds the surface's motion to that of what stands on it. False if that motion is not tangential to the contact.
 bool SupportSolver::goes_along(std::uint32_t contact, Base& base) const {
   const fathom::native::Contact& c = graph_[contact];
   const Vec3 slide = graph_.surface_slide(contact);

@@ -45,8 +45,8 @@ class SupportSolver {
   void prepare(std::uint32_t structure, const SolverKernels& kernels, BlockArray blocks, float h);
   /// Brings the structure to its common motion, as far as its contacts can.
   void solve(std::uint32_t structure);
-  /// The step is solved again without these bodies, isolated just before; their structures are not held, as in later
-  /// steps.
+  /// The step is solved again without these bodies, which have just been isolated. Their structures are not held, as in
+  /// later steps.
   void let_go(std::span<const std::uint32_t> isolated_slots);
   /// After the last substep.
   void finish(std::uint32_t structure);

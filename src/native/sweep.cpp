@@ -4,8 +4,8 @@
 // which insertion sort exploits; then every body sweeps forward from its minimum to its maximum, with bodies divided
 // among threads.
 //
-// A sea floor's interval covers all others. Bodies with intervals much longer than the median (at most 32) are
-// therefore left out of the list and tested against all others directly.
+// A sea floor's interval covers all others. So bodies with intervals much longer than the median (at most 32) are left
+// out of the list and tested against all others directly.
 #include <algorithm>
 
 #include "native/broad_phase.hpp"
@@ -57,7 +57,7 @@ class SweepBroadPhase : public BroadPhase {
     return sorted_.capacity() * sizeof(Interval) + wide_.capacity() * sizeof(std::uint32_t);
   }
 
-  // Intervals follow from the boxes; which bodies are wide was decided when the set last changed.
+  // Intervals follow from the boxes. Bodies were marked as wide when the set last changed.
   void save(ByteWriter& write) const override { write(sorted_, wide_); }
 
   void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool&) override {

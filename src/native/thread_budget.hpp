@@ -1,7 +1,7 @@
-// How many threads the next step is worth, estimated from the last one and then measured (threads/thread_choice.hpp).
+// How many threads the next step is worth: estimated from the last step, then measured (threads/thread_choice.hpp).
 //
-// Small scenes are faster on fewer threads than available: each thread must fetch what others wrote, and threads wait
-// for each other at the end of every loop.
+// Small scenes are faster on fewer threads than are available: each thread must fetch what others wrote, and threads
+// wait for each other at the end of every loop.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ class ThreadBudget {
   void took(double seconds);
 
   /// Seconds of waiting if the contacts are a heap solved colour by colour, in about a hundred loops. Islands and
-  /// domains have few.
+  /// domains have few loops.
   static double waiting_in_a_heap(const ContactGraph& graph, std::size_t in_contact, std::uint32_t colours,
                                   std::uint32_t substeps);
 

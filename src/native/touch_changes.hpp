@@ -1,5 +1,5 @@
-// Touches and hits found by any thread as a step's impulses are stored (dynamics/touch.hpp), reported at the end of the
-// step in the order of contacts.
+// Touches and hits that any thread finds as it stores a step's impulses (dynamics/touch.hpp). They are reported at the
+// end of the step, in the order of contacts.
 #pragma once
 
 #include <atomic>
@@ -32,7 +32,7 @@ class TouchChanges {
         .fetch_or(std::uint64_t{1} << contact % 64, std::memory_order_relaxed);
   }
   void note(const ContactHit& hit) {
-    const std::lock_guard lock(hits_mutex_);  // room for one per contact would be a tenth of all memory
+    const std::lock_guard lock(hits_mutex_);  // reserving room for one per contact would take a tenth of all memory
     hits_.push_back(hit);
   }
 
@@ -52,7 +52,7 @@ class TouchChanges {
   std::vector<ContactHit> hits_;
 };
 
-/// What finding them needs besides the contacts. All by slot.
+/// What finding hits needs besides the contacts. All by slot.
 struct TouchWatch {
   TouchChanges* changes = nullptr;
   const Pose* poses = nullptr;  ///< at the start of the step

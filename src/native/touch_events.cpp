@@ -55,7 +55,7 @@ void NativeSimulator::report_parts(TouchChanges& changes) {
   }
 }
 
-// The position of each part's events is counted first, so that several threads can write them.
+// Counts the position of each part's events first, so that several threads can write them.
 void NativeSimulator::report_touches(std::span<std::uint64_t> bits, LargeArray<ContactEvent>& events, bool touch) {
   const std::size_t before = events.size();
   std::size_t count = 0;

@@ -1,6 +1,6 @@
-// Where the native simulator switches between ways of working, and how it divides work. Only the constants under
-// "supports" and "narrow phase" change a bit of any state: results do not depend on threads. What all simulators share
-// is in dynamics/tuning.hpp.
+// Where the native simulator switches between ways of working, and how it divides work. Results do not depend on
+// threads, so only the constants under "supports" and "narrow phase" change any bit of the state. Constants that all
+// simulators share are in dynamics/tuning.hpp.
 #pragma once
 
 #include <cstddef>
@@ -55,12 +55,12 @@ inline constexpr float min_body_weight = 0.125f;
 
 // --- supports --------------------------------------------------------------------------------------------------------
 
-inline constexpr std::uint64_t levels_last = 16;  ///< steps, while no contact begins or ends
+inline constexpr std::uint64_t levels_last = 16;  ///< steps for which levels are kept while no contact begins or ends
 /// Steps between searches while contacts begin and end in every step and nothing is overloaded.
 inline constexpr std::uint64_t steps_between_searches = 8;
 /// Bodies farther from the ground than this are left to the sweeps (docs/log/2026-11-22-supports.md).
 inline constexpr std::uint16_t max_levels = 1024;
-/// J/kg above which a structure is collapsing, and left to the sweeps.
+/// J/kg. Above it a structure is collapsing, and is left to the sweeps.
 inline constexpr float calm_energy = 0.1f;
 /// Steps until structures are searched for again after all were collapsing.
 inline constexpr std::uint64_t steps_to_resume = 8;

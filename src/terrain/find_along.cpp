@@ -1,4 +1,4 @@
-// Triangles on the way of a moving box, for queries.
+// Triangles on a moving box's path, for queries.
 #include <algorithm>
 #include <cmath>
 #include <fathom/mesh.hpp>
@@ -17,7 +17,7 @@ void TriangleMesh::find_along(Vec3 centre, Vec3 half, Vec3 translation, Triangle
   });
 }
 
-// Goes line by line along the axis on which the box passes more cells; each line lies across that axis.
+// Goes line by line along the axis on which the box crosses more cells. Each line runs across that axis.
 void HeightField::find_along(Vec3 centre, Vec3 half, Vec3 translation, TriangleVisitor& visitor) const {
   struct Axis {
     double centre, half, way, cell;
@@ -31,13 +31,13 @@ void HeightField::find_along(Vec3 centre, Vec3 half, Vec3 translation, TriangleV
           cells(samples - 1) {
       half += 0x1p-21 * (std::abs(centre) + std::abs(way) + half + cell * static_cast<double>(cells));
     }
-    /// Range of cells, inclusive, that the box meets between two fractions of the way.
+    /// Range of cells (inclusive) that the box meets between two fractions of its path.
     std::pair<std::int64_t, std::int64_t> range(double from, double to) const {
       const double a = centre + from * way, b = centre + to * way, most = static_cast<double>(cells);
       return {static_cast<std::int64_t>(std::floor(std::clamp((std::min(a, b) - half) / cell, -1.0, most))),
               static_cast<std::int64_t>(std::floor(std::clamp((std::max(a, b) + half) / cell, -1.0, most)))};
     }
-    /// Fractions of the way at which the box enters and leaves cell `i`.
+    /// Fractions of the path at which the box enters and leaves cell `i`.
     std::pair<double, double> times(std::int64_t i) const {
       if (way == 0) return {0, 1};
       const double a = (static_cast<double>(i) * cell - half - centre) / way,

@@ -19,9 +19,9 @@ class Ground {
     bool is_found() const { return c >= 0; }
   };
 
-  /// The facet on which the body comes to rest: it lands on its lowest point, tips about it towards its load until it
-  /// meets another point, and then over the line between two points until no tipping lowers its load. None if the load
-  /// is beside all points, and the body falls off.
+  /// The facet on which the body comes to rest. The body lands on its lowest point and tips about it towards the load
+  /// until it meets a second point. Then it tips over the line between two points until no tipping lowers the load.
+  /// None if the load is outside all points: the body falls off.
   Facet under_load() const {
     constexpr int max_tips = 32;
     int from = lowest(), to = first_towards_load(from);
@@ -43,7 +43,7 @@ class Ground {
     return p.z - fma(u, a.z, fma(v, b.z, (1 - u - v) * c.z));
   }
 
-  /// The point that a body on the facet meets first when it tips over the side nearest to its load; −1: none.
+  /// The point that a body on the facet first meets as it tips over the side nearest to its load; −1: none.
   int next_over(const Facet& f) const {
     const int corners[] = {f.a, f.b, f.c};
     int next = -1;
@@ -85,7 +85,7 @@ class Ground {
     return first;
   }
 
-  /// The point to the right of the line that is met first by tipping over it; −1: none.
+  /// The point to the right of the line that tipping over the line meets first; −1: none.
   int next_beyond(int from, int to) const {
     const FacePoint &a = points_[from], &b = points_[to];
     const float square = squared_length(from, to), slope_along = square > 0 ? (b.z - a.z) / square : 0;

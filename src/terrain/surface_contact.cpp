@@ -10,10 +10,10 @@
 namespace fathom {
 namespace {
 
-/// Normals within some 5° of each other make one manifold.
+/// Normals within about 5° of each other share one manifold.
 constexpr float same_normal = 0.996f;
 
-/// The triangles found, as each other's neighbours.
+/// Answers questions about a triangle's neighbours from the triangles found.
 class Found final : public Surroundings {
  public:
   explicit Found(const std::vector<EightTriangles>& eights) : eights_(eights) {}
@@ -32,7 +32,7 @@ class Found final : public Surroundings {
     return false;
   }
 
-  /// Whether the way from a point `depth` (m) behind a triangle out of the surface is shorter through another one.
+  /// Whether a point `depth` (m) behind a triangle has a shorter way out of the surface through another triangle.
   bool is_nearer_outside(Vec3 point, float depth, float tolerance) const {
     return std::ranges::any_of(eights_, [&](const EightTriangles& eight) {
       const Triangles t(eight);
@@ -45,10 +45,10 @@ class Found final : public Surroundings {
   }
 
  private:
-  /// Whether another triangle with the shared corners does.
+  /// Whether `other`, which has the shared corners, rises along the axis.
   static bool rises(const SurfaceTriangle& t, const SurfaceTriangle& other, std::span<const std::uint32_t> shared,
                     Vec3 axis) {
-    constexpr float flat = 2e-5f;  // the sine of an angle that rounding may make
+    constexpr float flat = 2e-5f;  // sine of the largest angle that rounding can cause
     if (std::ranges::equal(other.names, t.names)) return false;
     const auto is_shared = [&](std::uint32_t name) { return std::ranges::find(shared, name) != shared.end(); };
     Vec3 at;
@@ -66,13 +66,13 @@ class Found final : public Surroundings {
   const std::vector<EightTriangles>& eights_;
 };
 
-/// The points of a group, of which four stay.
+/// The points of a group. Up to `max_face_points` are kept until `put` chooses those of the manifolds.
 class Patch {
  public:
   Patch(Vec3 normal, const Tolerance& tolerance) : tolerance_(tolerance) { frame_ = make_face_frame({normal, 0}); }
 
   void add(const ManifoldPoint& point) {
-    // Neighbours find the corners that they share twice.
+    // Adjacent triangles both report the corners that they share.
     const float apart = tolerance_.side * tolerance_.side;
     for (int i = 0; i < count_; ++i)
       if (length_squared(kept_[i].position - point.position) <= apart) {
@@ -83,8 +83,8 @@ class Patch {
     kept_[count_++] = point;
   }
 
-  /// In up to two manifolds of the same normal. Returns whether they have not all points. `load`: where that of the
-  /// body is (m).
+  /// Writes up to two manifolds with the same normal. Returns whether points were left out. `load`: position of the
+  /// body's load (m).
   bool put(Manifold (&m)[2], bool of_round, Vec3 load) {
     m[0].normal = m[1].normal = frame_.n;
     if (of_round) {
@@ -109,7 +109,7 @@ class Patch {
     }
   }
 
-  /// What is round touches along a line: its two ends stay, or the deepest point in place of the end that is nearer to
+  /// A round shape touches along a line. Keeps the line's two ends, or the deepest point instead of the end nearer to
   /// it.
   void put_line(Manifold& m) const {
     int deepest = 0;
@@ -132,7 +132,7 @@ class Patch {
     return farthest;
   }
 
-  /// Leaves the farthest points in sixteen directions, and the lowest half.
+  /// Keeps the farthest points in sixteen directions and the lowest half.
   void thin_out() {
     constexpr float x[] = {1, 0.924f, 0.707f, 0.383f, 0, -0.383f, -0.707f, -0.924f};
     constexpr float y[] = {0, 0.383f, 0.707f, 0.924f, 1, 0.924f, 0.707f, 0.383f};
@@ -171,8 +171,9 @@ class Patch {
   int count_ = 0;
 };
 
-/// Of a doubtful touch leaves the points that are nowhere nearer to another side of the surface. A box on a plateau
-/// reaches far behind a cliff beside it, and is not in it; a rod that has run its end into a slope is.
+/// Keeps the points of a doubtful touch that are not nearer to another side of the surface. A box on a plateau reaches
+/// far behind the cliff beside it, but does not penetrate the cliff. A rod whose end has run into a slope does
+/// penetrate it.
 void leave_true_points(Manifold& m, const Found& found, float tolerance) {
   int left = 0;
   for (int i = 0; i < m.count; ++i) {
@@ -183,13 +184,13 @@ void leave_true_points(Manifold& m, const Found& found, float tolerance) {
   m.count = left;
 }
 
-/// Of touches that are all deeper than the shape is thick: those along the normal by which the way out is the shortest.
+/// If all touches are deeper than the shape is thick, keeps those along the normal with the shortest way out.
 void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
   const Vec3 way_out = std::ranges::max(touches, {}, &SurfaceScratch::Touch::nearest).manifold.normal;
   std::erase_if(touches, [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_normal; });
 }
 
-/// Adds the doubtful touches to the others, where they are of no other side.
+/// Adds the points of doubtful touches that belong to no other side of the surface.
 void add_doubtful(std::vector<SurfaceScratch::Touch>& touches, std::vector<SurfaceScratch::Touch>& doubtful,
                   const Found& found, float tolerance) {
   if (touches.empty() && std::ranges::all_of(doubtful, &SurfaceScratch::Touch::is_deep)) {
@@ -205,9 +206,9 @@ void add_doubtful(std::vector<SurfaceScratch::Touch>& touches, std::vector<Surfa
   }
 }
 
-/// Where a body's load is, from `origin` (m): where it was in the push that is nearest to the normal, and a little
-/// towards the body's centre of mass. What lies alone has only that, and of it the push tells but the peak that it
-/// stands on at the moment.
+/// Position of a body's load relative to `origin` (m): where it was in the push whose normal is nearest, moved a little
+/// towards the body's centre of mass. Without that shift, a body that lies alone would only know the peak that it
+/// stands on at the moment. Without a push, the load is at the centre of mass.
 Vec3 load_along(Vec3 normal, std::span<const SurfacePush> pushes, Vec3 origin, Vec3 centre) {
   constexpr float share_of_centre = 0.2f;
   PatchLoad load;
@@ -218,7 +219,7 @@ Vec3 load_along(Vec3 normal, std::span<const SurfacePush> pushes, Vec3 origin, V
   return mul_add((1 - share_of_centre) * (load.at - origin), share_of_centre, centre);
 }
 
-/// Every touch gets a group; returns the groups' normals, the deepest first.
+/// Assigns every touch to a group. Returns the number of groups; `normals` gets theirs, deepest first.
 int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surface_manifolds]) {
   int groups = 0;
   for (SurfaceScratch::Touch& touch : touches) {
@@ -232,7 +233,7 @@ int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surfa
       best = groups;
       normals[groups++] = touch.manifold.normal;
     }
-    touch.group = best;  // that of none: more directions than anything can rest on
+    touch.group = best;  // −1: no group, as there are more directions than anything can rest on
   }
   return groups;
 }
@@ -275,7 +276,7 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
 
   Vec3 normals[max_surface_manifolds];
   contact.count = group(touches, normals);
-  int second = contact.count;  // those behind the first ones of all groups
+  int second = contact.count;  // follows the first manifolds of all groups
   for (int g = 0; g < contact.count; ++g) {
     Patch patch(normals[g], tolerance);
     for (const SurfaceScratch::Touch& touch : touches) {

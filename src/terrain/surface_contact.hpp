@@ -39,16 +39,16 @@ struct SurfaceScratch {
   std::vector<EightTriangles> eights;    ///< the same triangles, relative to the shape's centre
   std::vector<Vec3> pushed;              ///< normals of pushes
   TurnedShape shape;                     ///< the convex shape
-  std::vector<Touch> touches, doubtful;  ///< as told by `TriangleContact::is_doubtful`
+  std::vector<Touch> touches, doubtful;  ///< doubtful: see `TriangleContact::is_doubtful`
 };
 
 /// Overwrites `eights` with the triangles whose bounds meet `box` (m, the surface's frame), relative to `origin`;
 /// returns whether there are any.
 bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, SurfaceScratch& scratch);
 
-/// Manifolds in the surface's frame, with normals from the surface to the shape `b`, if nearer than `margin` (m),
-/// deepest first. `pushes`: of their manifolds in the last step. `centre`: from the shape's centre to the centre of
-/// mass of its body (m, the surface's axes), where its load is assumed to be until a push tells.
+/// Manifolds in the surface's frame, deepest first, where the shape `b` is nearer than `margin` (m). Normals point from
+/// the surface to the shape. `pushes`: the last step's manifolds. `centre`: from the shape's centre to its body's
+/// centre of mass (m, the surface's axes); the load is assumed there until a push locates it.
 FATHOM_COMPONENT_API void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
                                           std::span<const SurfacePush> pushes, SurfaceScratch& scratch,
                                           SurfaceContact& contact, Vec3 centre = {});

@@ -31,9 +31,9 @@ struct EdgesOfEight {
   EightInts of_triangle = eight(-1), of_shape = eight(-1);
 };
 
-/// The normals of a triangle's edge are all those across it that do not point into the triangle; the normals of a
-/// hull's edge are those between its faces' (an arc of the Gauss map). Most pairs have none in common, which signs show
-/// before a square root is needed. Returns the triangles within the margin.
+/// The normals of a triangle's edge are all directions across it that do not point into the triangle. The normals of a
+/// hull's edge form an arc of the Gauss map between its two faces' normals. Most pairs have no normal in common, which
+/// signs reveal before a square root is needed. Returns the triangles within the margin.
 EightInts find_edges(const Triangles& t, const TurnedShape& shape, Eight noise, Eight margin, EightInts near,
                      EdgesOfEight& best) {
   const Eight zero = eight(0.0f), one = eight(1.0f), shortest = eight(min_cross);
@@ -43,7 +43,7 @@ EightInts find_edges(const Triangles& t, const TurnedShape& shape, Eight noise, 
     for (int k = 0; k < 3; ++k) {
       const EightVec3 across = cross(t.along[k], along);
       const EightVec3 axis = negated_where(dot(across, t.inward[k]) > zero, across);
-      // Points into the shape, and is between the normals of its edge's faces.
+      // It points into the shape and lies between the normals of its edge's faces.
       const EightInts between = (dot(axis, left) * dot(axis, right) <= zero) & (dot(axis, eight(arc.middle)) < zero);
       if (bits(between & near) == 0) continue;
       const Eight l = sqrt(length_squared(axis));
@@ -62,8 +62,7 @@ EightInts find_edges(const Triangles& t, const TurnedShape& shape, Eight noise, 
   return near;
 }
 
-/// A bit for each of the triangles `near` that is within the margin of the round shape, measured from its plane and
-/// from its sides.
+/// A bit for each of the triangles `near` whose plane and sides are within the margin of the round shape.
 unsigned near_of_round(const EightTriangles& triangles, const EightPlanes& planes, const RoundShape& round,
                        float margin, EightInts near) {
   const EightVec3 from = eight(round.core.from), end = eight(end_of(round.core));

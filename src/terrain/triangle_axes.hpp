@@ -21,9 +21,9 @@ struct TriangleAxes {
   alignas(32) std::int32_t edge[8], edge_of_shape[8];
 };
 
-/// A triangle is not near if the shape's centre is behind its front by more than half the shape's inner radius: the
-/// shape then counts as coming from behind, where a surface is open. A shape that the surface already pushes along one
-/// of `pushed` (unit) has come from the front, and may be pressed in by its whole size. `margin` in m.
+/// A triangle is not near if the shape's centre is behind its front by more than half the shape's inner radius. The
+/// shape then counts as coming from behind, as it may if the surface is open. A shape that the surface already pushes
+/// along one of `pushed` (unit) came from the front and may penetrate by its whole size. `margin` in m.
 TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin,
                      std::span<const Vec3> pushed);
 

@@ -41,7 +41,7 @@ unsigned tips_along(const SurfaceTriangle& t, Vec3 axis, float tolerance) {
 
 constexpr unsigned all_tips = 7;
 
-/// Whether bodies that touch the corners `tips` may be pushed along the axis (unit, away from the triangle): never
+/// Whether bodies that touch the corners `tips` may be pushed along the axis (unit, away from the triangle): not
 /// inward, and not where the adjacent surface rises.
 bool may_push(const SurfaceTriangle& t, Vec3 axis, unsigned tips, const Surroundings& around) {
   constexpr float inward = -0.1f;  // allows axes across the normals at ridges of back-to-back faces
@@ -51,8 +51,8 @@ bool may_push(const SurfaceTriangle& t, Vec3 axis, unsigned tips, const Surround
 /// Ends of edge k.
 unsigned tips_of_edge(int k) { return 1u << k | 1u << (k + 1) % 3; }
 
-/// Replaces the triangle's own corner and edge indices with global names, so that points of neighbours in a shared
-/// corner or edge have the same feature, from step to step.
+/// Replaces the triangle's own corner and edge indices with global names, so that points of neighbouring triangles on a
+/// shared corner or edge have the same feature in every step.
 void name_features(const SurfaceTriangle& t, Manifold& m) {
   for (int i = 0; i < m.count; ++i) {
     std::uint32_t& feature = m.points[i].feature;
@@ -125,8 +125,8 @@ TriangleContact collide_polyhedron(const SurfaceTriangle& t, const TriangleAxes&
 
 // --- spheres and capsules ------------------------------------------------------------------------------------
 
-/// A point at the nearest edge or corner, or one at each end of the core's part over the triangle, with the edge that
-/// clipped it.
+/// One point at the nearest edge or corner, or two at the ends of the part of the core that is over the triangle, each
+/// with the edge that clipped it.
 Manifold collide_round(const SurfaceTriangle& t, const TurnedShape& shape, float margin, const Surroundings& around) {
   Manifold m;
   const RoundShape& round = shape.round();

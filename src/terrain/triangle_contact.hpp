@@ -21,7 +21,7 @@ class Surroundings {
   ~Surroundings() = default;
 };
 
-/// The smallest separation (m) of the manifold's points, of which there is at least one.
+/// The smallest separation (m) of the manifold's points (at least one).
 inline float nearest_of(const Manifold& m) {
   float nearest = m.points[0].separation;
   for (int i = 1; i < m.count; ++i) nearest = min(nearest, m.points[i].separation);
@@ -30,10 +30,10 @@ inline float nearest_of(const Manifold& m) {
 
 struct TriangleContact {
   Manifold manifold;
-  /// The shape reaches behind the triangle and probably touches another side of the surface there: it has a shorter way
-  /// out, along which the adjacent surface rises.
+  /// The shape reaches behind the triangle and probably touches another side of the surface there: it has a shorter
+  /// way out in a direction in which the adjacent surface rises.
   bool is_doubtful = false;
-  bool is_deep = false;  ///< and further than the shape is thick
+  bool is_deep = false;  ///< … and reaches deeper than the shape is thick
 };
 
 /// The contact where a triangle and the shape are nearer than `margin` (m); the normal points from the triangle to the

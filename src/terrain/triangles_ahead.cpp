@@ -5,7 +5,7 @@
 namespace fathom {
 namespace {
 
-/// By how much the way shortens a separation along axes.
+/// By how much the path reduces the separation along the axes.
 Eight shortened(const EightVec3& axes, const EightVec3& way) { return min(dot(axes, way), eight(0.0f)); }
 
 /// Of the shape's core.

@@ -1,4 +1,5 @@
-// Bodies and measurements shared by several cases. Sums are in double, so that they measure the engine, not themselves.
+// Bodies and measurements that several cases share. Sums are in double, so that they measure the engine, not
+// themselves.
 #pragma once
 
 #include <cmath>
@@ -68,7 +69,7 @@ inline double kinetic_energy(const World& world, BodyId id) {
   return 0.5 * (wide(world.mass(id)) * square + wide(dot(spin, body_momentum(world, id))));
 }
 
-/// Kinetic plus potential energy above z = 0 in the suite's gravity.
+/// Kinetic energy plus potential energy above z = 0, in the suite's gravity.
 inline double energy(const World& world, BodyId id) {
   return kinetic_energy(world, id) + wide(world.mass(id)) * g * wide(world.pose(id).position.z);
 }

@@ -25,7 +25,7 @@ std::vector<Vec3> positions(const World& world, const std::vector<BodyId>& ids) 
 
 }  // namespace
 
-// Cards of 10 cm leaning in pairs at 20°, in three storeys with a card between pairs (after Box2D's sample).
+// Cards of 10 cm lean in pairs at 20°, in three storeys, with a card between pairs (after Box2D's sample).
 void card_house(const Setup& setup, Record& record) {
   World world(world_def(setup));
   const Material material{0.7f, 0};
@@ -63,7 +63,7 @@ void card_house(const Setup& setup, Record& record) {
   record.plots.push_back(std::move(plot));
 }
 
-// Fifteen voussoirs in a semicircle of 4 m without mortar.
+// Fifteen voussoirs form a semicircle of 4 m without mortar.
 void arch(const Setup& setup, Record& record) {
   World world(world_def(setup));
   const Material material{0.7f, 0};
@@ -117,7 +117,7 @@ void dominoes(const Setup& setup, Record& record) {
   record.plots.push_back(std::move(plot));
 }
 
-// Eighteen crosswise layers of three blocks; then every other layer loses its middle block.
+// Eighteen layers of three blocks, laid crosswise. Then every other layer loses its middle block.
 void crossed_tower(const Setup& setup, Record& record) {
   World world(world_def(setup));
   const Material material{0.5f, 0};

@@ -43,7 +43,7 @@ void stacked_balls(const Setup& setup, Record& record) {
   record.plots.push_back(std::move(plot));
 }
 
-// Reported impulses equal their effect: the change of momentum minus gravity's.
+// Reported impulses match their effect: the change of momentum minus gravity's.
 void impulse_balance(const Setup& setup, Record& record) {
   World world(world_def(setup));
   world.add(floor_slab());
@@ -63,7 +63,7 @@ void impulse_balance(const Setup& setup, Record& record) {
   }
   record.at_most("force on each of six stacked boxes at rest off its weight, relative", worst, 1e-2);
 
-  // A ball without restitution falls on the floor: over the step of the hit its contact gives it m v.
+  // A ball without restitution falls on the floor. Over the step of the hit, its contact gives it m v.
   World second(world_def(setup));
   second.add(floor_slab());
   const BodyId ball = second.add(body(sphere(0.25f), {0, 0, 1.25f}, 2.0f));

@@ -9,7 +9,7 @@
 
 namespace fathom::validate {
 
-/// The half space dot(normal, p) ≤ offset.
+/// The half-space dot(normal, p) ≤ offset.
 struct Plane {
   Vec3d normal;
   double offset = 0;
@@ -18,11 +18,11 @@ struct Plane {
   Plane opposite() const { return {-1.0 * normal, -offset}; }
 };
 
-/// The corners of the intersection of all half spaces, which must be bounded.
+/// The corners of the intersection of all half-spaces, which must be bounded.
 std::vector<Vec3d> corners_of(const std::vector<Plane>& planes);
 
 /// A dynamic body of default density: the convex hull of `corners`, placed where they are. `inside` is a point near
-/// them; building the hull relative to it loses few digits.
+/// them: building the hull relative to it loses few digits.
 BodyDef stone_of(const std::vector<Vec3d>& corners, Vec3d inside, const Material& material);
 
 }  // namespace fathom::validate

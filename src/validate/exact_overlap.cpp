@@ -12,7 +12,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Unit normal of a polygon by Newell's sums, which nearly collinear corners do not spoil (Sutherland et al. 1974).
+/// Unit normal of a polygon by Newell's sums, which nearly collinear corners do not degrade (Sutherland et al. 1974).
 Vec3d polygon_normal(const std::vector<Vec3d>& corners, const std::vector<int>& polygon) {
   Vec3d sum;
   const Vec3d about = corners[static_cast<std::size_t>(polygon[0])];
@@ -35,7 +35,7 @@ Vec3d nearest_on_segment(Vec3d p, Vec3d a, Vec3d b) {
 
 double distance_to_segment(Vec3d p, Vec3d a, Vec3d b) { return length(p - nearest_on_segment(p, a, b)); }
 
-/// Distance of two segments: that of the lines if their nearest points lie within both, else that of an end.
+/// Distance of two segments: that of the lines if their nearest points lie within both, else that of an end point.
 double segment_distance(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
   double least = std::min({distance_to_segment(a, c, d), distance_to_segment(b, c, d), distance_to_segment(c, a, b),
                            distance_to_segment(d, a, b)});
@@ -50,7 +50,7 @@ double segment_distance(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
 
 Vec3d corner(const Solid& solid, int i) { return solid.corners[static_cast<std::size_t>(i)]; }
 
-/// How far the cores extend past each other along a unit direction from a to b; negative if they are apart.
+/// How far the cores overlap along a unit direction from a to b; negative if they are apart.
 double overlap_along(const Solid& a, const Solid& b, Vec3d direction) {
   double a_end = -infinite, b_begin = infinite;
   for (const Vec3d& p : a.corners) a_end = std::max(a_end, dot(p, direction));
@@ -59,7 +59,7 @@ double overlap_along(const Solid& a, const Solid& b, Vec3d direction) {
 }
 
 /// Penetration depth of two cores, at least one of them a polyhedron: the least overlap along any direction that can be
-/// a face normal of their Minkowski difference; negative if they are apart (Gottschalk 1996).
+/// a face normal of their Minkowski difference. Negative if they are apart (Gottschalk 1996).
 double core_overlap(const Solid& a, const Solid& b) {
   double least = infinite;
   const auto try_direction = [&](Vec3d direction) { least = std::min(least, overlap_along(a, b, direction)); };
@@ -103,7 +103,7 @@ double distance_to_face(const Solid& solid, const Solid::Face& face, Vec3d p) {
   return is_over ? std::abs(height) : least;
 }
 
-/// Distance of a point or segment from a polyhedron that it is outside of: face to end point, or edge to segment.
+/// Distance of a point or segment from a polyhedron that does not contain it: face to end point, or edge to segment.
 double distance_outside(const Solid& round, const Solid& polyhedron) {
   double least = infinite;
   for (const Solid::Face& face : polyhedron.faces)

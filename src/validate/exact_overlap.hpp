@@ -1,5 +1,5 @@
-// How deeply two convex shapes overlap, slow and exact: in double precision, by brute force over all features, and
-// without a line of the engine's own collision detection, which it judges.
+// How deeply two convex shapes overlap, slow and exact: in double precision, by brute force over all features. It
+// shares no code with the engine's collision detection, which it judges.
 #pragma once
 
 #include <fathom/mesh.hpp>
@@ -30,7 +30,7 @@ struct Solid {
   void find_bounds();
 };
 
-/// The least distance (m) by which one must move so that they do not overlap; 0 if they are apart.
+/// The least distance (m) by which one must move to end the overlap; 0 if they are apart.
 double overlap_depth(const Solid& a, const Solid& b);
 
 }  // namespace fathom::validate

@@ -11,7 +11,7 @@ namespace {
 /// Twice the area of the triangle a, b, p as seen from above.
 double twice_area(Vec3d a, Vec3d b, Vec3d p) { return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x); }
 
-/// Height of the triangle at the point's x and y, if they are within it.
+/// Height of the triangle at the point's x and y, if the triangle covers them.
 std::optional<double> height_at(const Triangle& triangle, Vec3d p) {
   const Vec3d a = to_double(triangle.corners[0]), b = to_double(triangle.corners[1]),
               c = to_double(triangle.corners[2]);

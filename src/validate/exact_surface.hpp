@@ -1,4 +1,4 @@
-// What lies in or below a triangle surface, slow and exact, without a line of the engine's own collision detection.
+// What lies in or below a triangle surface, slow and exact. It shares no code with the engine's collision detection.
 #pragma once
 
 #include <fathom/mesh.hpp>
@@ -10,7 +10,7 @@
 
 namespace fathom::validate {
 
-/// Depth of each solid in the placed surface (m): over all triangles, the largest of the least separating distances.
+/// Depth of each solid in the placed surface (m): the largest, over all triangles, of the least separating distances.
 std::vector<double> depths_in(const Surface& surface, const Pose& pose, std::span<const Solid> solids);
 
 /// Ground without overhangs: heights above its triangles.
@@ -18,8 +18,8 @@ class Ground {
  public:
   explicit Ground(const Surface& surface);
 
-  /// Height (m) of the point above the triangle below or above it, along z of the placed surface. None beside the
-  /// surface and in holes.
+  /// Height (m) of the point above the triangle at its x and y, along z of the placed surface; negative below it. None
+  /// beside the surface and in holes.
   std::optional<double> height_over(const Pose& pose, Vec3d point) const;
 
  private:
@@ -30,7 +30,7 @@ class Ground {
   const Surface& surface_;
   int side_;  // cells of a grid along x and y
   Vec3d lower_, size_;
-  std::vector<std::vector<std::uint32_t>> grid_;  // triangles by where they are seen from above
+  std::vector<std::vector<std::uint32_t>> grid_;  // triangles by the cells that they cover, seen from above
 };
 
 }  // namespace fathom::validate

@@ -125,8 +125,8 @@ void torque_free(const Setup& setup, Record& record) {
 
 namespace {
 
-/// Period (s) of a torque-free body's angular velocity in its own axes (Landau and Lifshitz, Mechanics, § 37), for
-/// principal moments I1 < I2 < I3 and the spin w about these axes.
+/// Period (s) of a torque-free body's angular velocity in its own axes (Landau and Lifshitz, Mechanics, § 37).
+/// Principal moments are I1 < I2 < I3, w is the spin about these axes.
 double elliptic_period(const std::array<double, 3>& moments, const std::array<double, 3>& w) {
   double energy = 0, square = 0;
   for (std::size_t k = 0; k < 3; ++k) {

@@ -61,7 +61,8 @@ void stopping_distance(const Setup& setup, Record& record) {
     double worst = 0, spread = 0;
     for (const float friction : {0.2f, 0.4f, 0.7f}) {
       const double expected = 4 / (2 * wide(friction) * g);
-      // Velocities change at the ends of substeps: the first substep is travelled at full speed or not at all.
+      // Velocities change at the ends of substeps: the body moves through the first substep at full speed or not at
+      // all.
       const double own = 0.5 * 2 * wide(dt) / 4;
       double least = 1e9, most = 0;
       for (int direction = 0; direction < 12; ++direction) {

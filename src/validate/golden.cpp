@@ -14,7 +14,7 @@ namespace {
 using enum Solver;
 using enum BroadPhase;
 
-// Printed by `fathom validate --only golden`; a change of the solver's mathematics changes them all.
+// Printed by `fathom validate --only golden`. A change of the solver's mathematics changes them all.
 // clang-format off
 constexpr std::array<Golden, 8> golden_runs{{
     {"drift", 500, 240, soft, tree, {0xc8bede83cd518e7b, 0x7b2cd79e59d44c7b}, {0x800f80cb08fa3f5f, 0x6b3a66417902943b}},
@@ -44,7 +44,7 @@ Scene columns(std::int64_t bodies) {
   return scene;
 }
 
-/// Bodies rain on a floor, ten more in every step, while the oldest are removed.
+/// Bodies rain on a floor, ten more in every step. The oldest are removed.
 class Stream {
  public:
   Stream(World& world, std::int64_t bodies) : world_(world), most_(static_cast<std::size_t>(bodies)) {

@@ -19,9 +19,9 @@ namespace {
 
 // In units of the heap's time scale: seconds for bodies of up to a metre.
 constexpr double settled_after = 15, asleep_after = 30, judged_without_rest = 10, compared_for = 2;
-// More steps than simulators wait before they search again for structures after all of them were collapsing.
+// More steps than simulators wait before they search for structures again after all were collapsing.
 constexpr int steps_restored = 20;
-// Bodies that keep more than half their speed in a bounce may go on for minutes.
+// Bodies that keep more than half their speed in a bounce may keep bouncing for minutes.
 constexpr double max_restitution_at_rest = 0.5;
 
 WorldDef definition(const Heap& heap, const Setup& setup, int threads) {
@@ -32,7 +32,7 @@ WorldDef definition(const Heap& heap, const Setup& setup, int threads) {
   return def;
 }
 
-/// Whether bodies move as their velocities say: compares the displacement of each with the sum of its velocities over
+/// Whether bodies move as their velocities say. Compares each displacement with the sum of the body's velocities over
 /// half a time unit.
 class WaysAndVelocities {
  public:
@@ -60,8 +60,8 @@ class WaysAndVelocities {
     }
   }
 
-  /// Longest run of intervals in which a body moved less than a tenth of what its velocities said, which was more than
-  /// three times its radius. Thin plates under a load tremble by less.
+  /// Longest run of intervals in which a body moved less than a tenth of what its velocities said, where these said
+  /// more than three times its radius. Thin plates under a load tremble by less.
   int stuck() const { return stuck_; }
 
  private:
@@ -75,7 +75,7 @@ class WaysAndVelocities {
   int stuck_ = 0;
 };
 
-/// A heap in a world, and measurements while it falls.
+/// A heap in a world, and what is measured while it falls.
 class HeapRun {
  public:
   HeapRun(const Heap& heap, const Setup& setup, int threads)
@@ -179,7 +179,7 @@ class HeapRun {
     return worst;
   }
 
-  /// The widest gap of a joint and its limit: `limit_of` the smaller body's outer radius.
+  /// The widest gap of a joint, and its limit: `limit_of` the smaller body's outer radius.
   template <class Limit>
   Overlap widest_gap(const Limit& limit_of) const {
     std::vector<Pose> poses;
@@ -250,8 +250,8 @@ class HeapRun {
     return dot(up, p - to_double(floor.position)) - wide(heap_.floor_half_height);
   }
 
-  /// 2 mm or 2 % of the inner radius. For bodies thinner than 2 cm, of which 2 mm would be a large part, it is a fifth
-  /// of the inner radius, that is a tenth of the thickness.
+  /// 2 mm or 2 % of the inner radius. For bodies thinner than 2 cm, 2 mm would be a large part: there it is a fifth of
+  /// the inner radius, a tenth of the thickness.
   double depth_limit(std::size_t i) const {
     const Shape& shape = world_.shape(id(i));
     const double inner = shape.type == ShapeType::hull  ? wide(shape.hull->inner_radius())
@@ -313,7 +313,7 @@ int hashes_that_differ(const Heap& heap, const Setup& setup, std::uint64_t expec
 
 constexpr const char* known_of_heaps = "some heaps: springs give way, and thin bodies are pressed in by their centre";
 
-/// Of the smaller body's outer radius (m), as overlaps are judged by the inner one.
+/// Of the smaller body's outer radius (m), just as overlaps are judged by the inner radius.
 double gap_limit(double outer) { return std::max(0.02 * outer, std::min(0.002, 0.2 * outer)); }
 
 void judge_joints_at_rest(const HeapRun& run, Record& record) {
@@ -362,13 +362,13 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   }
   record.at_most("bodies quarantined or not finite", run.lost(), 0);
   if (run.lost() > 0) return record;
-  // At rest, no centre may be beyond a surface; an impact may press it there for a moment.
+  // At rest, no centre may be beyond a surface. A hit may press it there for a moment.
   run.look_for_bodies_outside(rests ? 0 : 1);
   record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known =
       has_joints ? known_of_heaps : "";
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
   record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
-  // A moving floor drives bodies that are jammed against a wall.
+  // A moving floor pushes bodies that are jammed against a wall.
   if (heap.is_at_rest_in_the_end())
     record.at_most("times in a row that a body stayed where it was with a velocity", run.stuck(), 4).known =
         has_joints ? known_of_heaps : "";

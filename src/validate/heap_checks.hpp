@@ -1,4 +1,4 @@
-// What must hold in every random heap, whatever its contents.
+// What every random heap must fulfil, whatever its contents.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace fathom::validate {
 
-/// Simulates the heap and checks everything that applies to a heap of its kind. Checks have the same names for all
-/// heaps of a case. The simulation stops when a heap loses a body. Checks that some heaps are known to fail say so
+/// Simulates the heap and checks everything that applies to its kind. Checks have the same names for all heaps of a
+/// case. The simulation stops when a heap loses a body. Checks that some heaps are known to fail say so
 /// (docs/validation.md counts them).
 Record judge_heap(const Heap& heap, const Setup& setup);
 

@@ -1,4 +1,4 @@
-// Random heaps, one per seed (scene/heap.hpp): what must hold in every one (heap_checks.hpp).
+// Random heaps, one per seed (scene/heap.hpp), and what every one must fulfil (heap_checks.hpp).
 #include <cstdio>
 #include <map>
 

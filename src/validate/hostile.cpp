@@ -1,4 +1,4 @@
-// Extreme states that no scene should have: they stay contained and nothing else is affected.
+// Extreme states that no scene should have: they stay contained and affect nothing else.
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr float huge = 3e38f;
 
-/// A pile, and far from it a body on which `force` acts in every step.
+/// A pile, and far from it a body that `force` acts on in every step.
 std::vector<Pose> pile_beside(const Setup& setup, bool with_victim, Vec3 force, int& quarantined, bool& victim_finite) {
   World world(world_def(setup));
   world.add(floor_slab());

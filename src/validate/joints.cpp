@@ -15,7 +15,7 @@ namespace {
 constexpr float link_length = 0.2f;  // m
 const Vec3 link_end{0, 0, 0.5f * link_length};
 
-/// Bodies of the device simulator move by their latest velocity alone, so its swings are of first order.
+/// The device simulator moves bodies by their latest velocity alone, so its swings are of first order.
 bool is_of_second_order(const Setup& setup) { return setup.simulator != SimulatorKind::device; }
 const char* const torn_apart = "one in a hundred with loops between light bodies on long arms parts and gains energy";
 
@@ -50,7 +50,7 @@ double total_energy(const World& world) {
   return sum;
 }
 
-/// Links along −z from `top`, which is joined to the first link at its centre.
+/// Links along −z from `top`, joined to the first link at its centre.
 std::vector<BodyId> add_chain(World& world, BodyId top, int count, float mass) {
   std::vector<BodyId> links;
   const Vec3 from = world.pose(top).position;
@@ -88,8 +88,8 @@ class ExactPendulum {
   double angle_, k_, spin_ = 0;
 };
 
-/// A tree of capsules and balls of random sizes in the air. With `loops` some bodies have an extra joint. Bodies do not
-/// collide with each other, because they may overlap at the start.
+/// A tree of capsules and balls of random sizes in the air. With `loops`, some bodies have an extra joint. Bodies do
+/// not collide with each other, because they may overlap at the start.
 void add_random_mechanism(World& world, Random& random, bool loops) {
   const auto number = [&](double low, double high) {
     return narrow(low + (high - low) * (0.5 + random.symmetric(0.5)));
@@ -176,7 +176,7 @@ void joint_double_pendulum(const Setup& setup, Record& record) {
       // A rod, or a small ball at the distance of a rod's length.
       BodyDef def = body(rods ? capsule(0.05f, 0.45f) : sphere(0.1f), {narrow(i) + (rods ? 0.5f : 1.0f), 0, 0});
       if (rods) def.pose.rotation = turn_about({0, 1, 0}, 1.5707963);
-      def.filter.mask = 0;  // so that the second can pass the post
+      def.filter.mask = 0;  // lets the second one pass the post
       const BodyId bob = world.add(def);
       world.add_joint(ball_joint(before, bob, on_before, rods ? Vec3{0, 0, -0.5f} : Vec3{-1, 0, 0}));
       before = bob, on_before = rods ? Vec3{0, 0, 0.5f} : Vec3{};
@@ -278,7 +278,7 @@ void joint_mechanisms(const Setup& setup, Record& record) {
 
 namespace {
 
-/// The highest energy, as a fraction of the initial one, with the wall `further` (m) away.
+/// The highest energy, as a fraction of the initial energy, if the wall is `further` (m) away.
 double energy_at_a_wall(const Setup& setup, float further) {
   World world(world_def(setup));
   world.add(floor_slab());

@@ -55,7 +55,7 @@ void rebound(const Setup& setup, Record& record) {
   record.plots.push_back(std::move(plot));
 }
 
-// Newton's cradle in both forms: balls that touch, and balls a millimetre apart; the moving ball meets the row at all
+// Newton's cradle in both forms: balls that touch, and balls a millimetre apart. The moving ball meets the row at all
 // phases of a step.
 void cradle(const Setup& setup, Record& record) {
   double worst = 0;

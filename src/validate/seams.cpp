@@ -1,5 +1,5 @@
-// Nothing catches on the seams of a floor: of a mesh, of tiles that are separate bodies, of the children of a compound,
-// of meshes side by side. Obstacles that protrude from it still stop bodies.
+// Nothing catches on the seams of a floor: those of a mesh, of tiles that are separate bodies, of the children of a
+// compound, of meshes side by side. Obstacles that protrude from the floor still stop bodies.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -158,7 +158,7 @@ std::string text(const char* format, double value) {
   return buffer;
 }
 
-/// A frictionless body sliding over tiles meets an obstacle that is not a seam, 0.4 m ahead of it.
+/// A frictionless body slides over tiles and meets an obstacle that is not a seam, 0.4 m ahead.
 double speed_after(const Setup& setup, const Shape& shape, const Shape& obstacle, Vec3 position, float speed = 2) {
   World world(world_def(setup));
   add_tiles(world, 0, 4, 0.5f, 0);

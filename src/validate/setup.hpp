@@ -1,4 +1,4 @@
-// What a validation runs on. Every case gets its world definition here, so that all simulators share the same code.
+// What a validation runs on. Every case gets its world definition here, so that the same code tests all simulators.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct Setup {
   std::string device = "auto";  ///< for the device simulator
   int threads = 1;
   bool full = true;              ///< false: the short form that is part of the test suite
-  int heap_seeds = 0;            ///< number of random heaps; 0: 60, or in the short form 6, on surfaces 2
+  int heap_seeds = 0;            ///< number of random heaps; 0: 60, or in the short form 6 (2 on surfaces)
   std::uint64_t first_heap = 1;  ///< seed of the first
   std::function<void(const std::string&)> say{};  ///< called with a line for each heap that fails
 };

@@ -160,8 +160,8 @@ Pose between(const Pose& a, const Pose& b, float part) {
           normalize(Quat{u * p.w + v * q.w, u * p.x + v * q.x, u * p.y + v * q.y, u * p.z + v * q.z})};
 }
 
-/// Whether a bullet's centre has passed from one side of a thin box to the other, and not round its edge. The first
-/// pose of each pair is the box's.
+/// Whether a bullet's centre has passed from one side of a thin box to the other, not round its edge. The first pose of
+/// each pair is the box's.
 bool goes_through(const Shape& plate, const std::pair<Pose, Pose>& from, const std::pair<Pose, Pose>& to) {
   const Vec3 half = plate.half_extents;
   if (plate.type != ShapeType::box || half.x > 0.1f * min(half.y, half.z)) return false;
@@ -213,7 +213,7 @@ Shot shot_at_free(std::uint64_t seed) {
   shot.thinner = std::min(half_thickness(shot.target), half_thickness(shot.bullet));
   shot.bullet.velocity.linear = speed * along;
   set_start(shot, chance.point_of(shot.target), chance);
-  // It is aimed in the frame of the target and moves along with it.
+  // Aimed in the frame of the target, and moves along with it.
   shot.bullet.velocity.linear += shot.target.velocity.linear;
   return shot;
 }
@@ -232,7 +232,7 @@ double too_deep(const Shot& shot, const Setup& setup) {
     world.step();
     const Pose now = world.pose(bullet), target_now = world.pose(target);
     look(target_now, now);
-    // For fast spins the rotation half way cannot be inferred from the ends.
+    // For fast spins, the rotation half way cannot be inferred from the end poses.
     const float spin = max(length(world.velocity(bullet).angular), length(world.velocity(target).angular));
     if (spin * shot.dt < 0.5f) {
       look(between(target_before, target_now, 0.5f), between(before, now, 0.5f));

@@ -1,6 +1,7 @@
-// SimBenchmark (ETH Zürich, github.com/leggedrobotics/SimBenchmark): five scenes defined by the makers of RaiSim and
-// published with results of RaiSim, ODE, Bullet, DART and MuJoCo (data/*/sample.csv; without error reduction, the best
-// of each engine's solvers). States are sampled before each step, as there. Ours run at the published time step, one
+// SimBenchmark (ETH Zürich, github.com/leggedrobotics/SimBenchmark): five scenes by the makers of RaiSim, published
+// with results of RaiSim, ODE, Bullet, DART and MuJoCo (data/*/sample.csv; without error reduction, the best of each
+// engine's solvers). As there, states are sampled before each step. Our step is the published time step, with the
+// default four substeps.
 // step with the default four substeps.
 #include <chrono>
 #include <cmath>
@@ -43,7 +44,7 @@ struct Mean {
   double value() const { return sum / count; }
 };
 
-/// Balls in a 6 × 6 × 6 block, each slightly displaced, over a frictionless floor.
+/// Balls in a 6 × 6 × 6 block over a frictionless floor, each slightly displaced.
 std::vector<BodyId> add_666(World& world, double height, float restitution) {
   const Material material{0, restitution};
   world.add(floor_slab(material));
@@ -173,7 +174,7 @@ void elastic_666(const Setup& setup, Record& record) {
 }
 
 void rolling(const Setup& setup, Record& record) {
-  // Exact solution: friction µ1 under the plate, the balls roll on it (SimBenchmark, RollingBenchmark.hpp).
+  // Exact solution: friction µ1 under the plate, on which the balls roll (SimBenchmark, RollingBenchmark.hpp).
   const double slow = 0.4 * (10 + 25) * g, ball_force = (150 - slow) / 10 / (3.5 + 25.0 / 10);
   const double plate_acceleration = (150 - slow - 25 * ball_force) / 10, ball_acceleration = ball_force;
   const double direction[2][2] = {{0.5, 0.866025403784439}, {0, 1}};

@@ -14,7 +14,7 @@ const Shape& unit_cube() {
 
 double horizontal_distance(Vec3 a, Vec3 b) { return std::hypot(wide(a.x - b.x), wide(a.y - b.y)); }
 
-/// Seconds that a column of cubes of 1 m stands: until its top is 0.5 m off its axis or half a storey too low.
+/// Seconds for which a column of cubes of 1 m stands: until its top is 0.5 m off its axis or half a storey too low.
 double column_stands(const Setup& setup, int cubes, double seconds, int substeps, Curve* curve) {
   WorldDef def = world_def(setup);
   def.solver.substeps = substeps;

@@ -87,7 +87,7 @@ void standing_heavy_on_light(const Setup& setup, Record& record) {
 
 void standing_stones(const Setup& setup, Record& record) {
   stands(setup, record, "arch of 31 stones", stone_arch(31), seconds(setup), 0.20);
-  // No load path of a direct solution carries the arch's thrust, and the springs that carry it sway.
+  // No load path of a direct solution carries the arch's thrust. The springs that carry it sway.
   for (Check& check : record.checks) check.known = "it stands, and sways";
   stands(setup, record, "dry-stone wall of 500 hulls", dry_stone_wall(20), seconds(setup), 0.20);
 }

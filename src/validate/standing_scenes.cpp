@@ -145,7 +145,7 @@ Scene dry_stone_wall(int courses) {
       std::vector<Plane> cuts{below.opposite(), above, left.opposite(), right};
       const double face = 0.5 * thickness(middle), centre = 0.5 * (left_x + right_x);
       for (const double side : {-1.0, 1.0}) {
-        // Two planes make the pointed face that a mason leaves, a third keeps it from protruding.
+        // Two planes form the pointed face that a mason leaves. A third keeps it from protruding.
         cuts.push_back(Plane::through({centre, side * (face + 0.03), middle}, {0, side, 0}));
         for (int k = 0; k < 2; ++k) {
           const double turn = random.symmetric(0.3), lean = random.symmetric(0.3);

@@ -14,7 +14,7 @@ Scene large_pyramid(int rows);
 Scene running_bond_wall(int courses, int bricks, float thickness);
 /// A stack of plates of 2 × 2 × 0.02 m.
 Scene plates(int count);
-/// Planks of 3 × 0.04 × 0.04 m, in layers of two side by side, crosswise.
+/// Planks of 3 × 0.04 × 0.04 m, in crosswise layers of two side by side.
 Scene crossed_planks(int pairs);
 /// A slab of 4 × 4 × 2 m and 32 t with its corners on four cubes of 1 m and 10 kg.
 Scene slab_on_cubes();

@@ -25,7 +25,7 @@ int beyond(const World& world, const std::vector<BodyId>& ids) {
   return count;
 }
 
-/// Whether the path of a step has crossed the middle of a plate of 1 m across x, and not gone round it.
+/// Whether the path of a step has crossed the middle of a plate of 1 m across x, not gone round it.
 bool goes_through(const World& world, BodyId plate, Vec3 from, Vec3 to) {
   const Vec3 at = world.pose(plate).position;
   if (!(from.x < at.x && to.x > at.x)) return false;
@@ -45,7 +45,7 @@ void bullets(const Setup& setup, Record& record) {
       def.gravity = {};
       def.dt = dt;
       World world(def);
-      world.add(plate(10));  // wide enough that none slides past its edge
+      world.add(plate(10));  // too wide to slide past
       std::vector<BodyId> straight, oblique;
       const Vec3 at{-10.0f - 5.0f * dt * static_cast<float>(i), 0, 0};
       for (int s = 0; s < 3; ++s) {
@@ -79,7 +79,7 @@ void bullets(const Setup& setup, Record& record) {
   }
 }
 
-// Rods of 2 m that spin at up to 30 rad/s are thrown at a plate.
+// Rods of 2 m, spinning at up to 30 rad/s, are thrown at a plate.
 void spinning_rods(const Setup& setup, Record& record) {
   int passed = 0, thrown = 0;
   for (const float spin : {5.0f, 15.0f, 30.0f}) {
@@ -137,7 +137,7 @@ void random_shots(const Setup& setup, Record& record) {
   const int shots = setup.full ? 3000 : 1000;
   int inside = 0;
   for (int i = 1; i <= shots; ++i) inside += too_deep(shot_at(static_cast<std::uint64_t>(i)), setup) > 0;
-  // The rest are thrown and spun within a step by more than its end poses show.
+  // The remainder moves and spins within a step by more than its end poses show.
   record.at_most("of " + std::to_string(shots) + " shots found inside or behind what they hit", inside, 0.003 * shots);
 }
 
