@@ -7,10 +7,10 @@
 // stay joints of the tree, with their limits, drives and springs, and there is only one kind of closure.
 //
 // Rows that nothing in the loop can follow, such as those across a planar linkage, would be singular, and a loop that
-// does not fit together would be pulled without end. So each row yields a little under its load, like a spring of about
+// does not fit together would be pulled endlessly. So each row yields a little under its load, like a spring of about
 // 100 times a substep's rate. Only rows that nothing follows are meant to yield: the aim is the part (S inverse(R +
 // S))² S of their impulses, with responses R and softnesses S, which is negligible where R is the larger. Further
-// rounds work on the remaining error; they measure it from the bodies' motion, because rounding in R would make them
+// rounds work on the remaining error. They measure it from the bodies' motion, because rounding in R would make them
 // miss the aim (docs/log/2026-11-25-loop-closures.md).
 #pragma once
 

@@ -123,7 +123,7 @@ FATHOM_HD void weigh_points(SupportRows& r, const ContactImpulses& impulses, std
     r.weight[i] = touches >> i & 1u ? impulses.normal[i] + base : 0.0f;
     sum += r.weight[i];
   }
-  // A slippery contact must not be asked for more friction than it has.
+  // Do not ask a slippery contact for more friction than it has.
   r.slide_weight = sum * min(2 * r.friction, 1.0f);
 }
 
@@ -272,9 +272,9 @@ FATHOM_HD float best_part(float slope, float curvature) {
   return curvature > 0 ? clamp(-slope / curvature, 0.0f, 1.0f) : 0.0f;
 }
 
-/// How far bodies of `mass` (kg) are held, 0 to 1, by a solution that leaves them twice the kinetic energy `energy`
-/// (J): not at all where they still move at `unheld_share` of the speed `fall` (m/s) that a fall gains in a substep.
-/// Springs that give way must damp what a solution does not hold.
+/// How far a solution that leaves bodies of `mass` (kg) twice the kinetic energy `energy` (J) holds them, 0 to 1: not
+/// at all where they still move at `unheld_share` of the speed `fall` (m/s) that a fall gains in a substep. Springs
+/// that yield must damp what a solution does not hold.
 FATHOM_HD float part_held(float energy, float mass, float fall) {
   const float unheld = unheld_share * fall;
   return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * unheld * unheld)), 1.0f);
