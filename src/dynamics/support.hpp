@@ -1,14 +1,14 @@
 // Direct solution of supports: how a structure at rest passes its load to the ground. Pure, for host and device.
 //
 // A sweep carries a change from one contact to the next, so a heavy load or a tall structure needs many sweeps, and
-// meanwhile its contacts give way. But where every contact of a structure presses and none slips, the velocities are
+// meanwhile its contacts yield. But where every contact of a structure presses and none slips, the velocities are
 // known: the bodies move as one with what they stand on. Only the distribution of impulses is unknown. The contact
 // graph's levels (Guendelman, Bridson, Fedkiw, "Nonconvex Rigid Bodies with Stacking", SIGGRAPH 2003) order the work: a
-// body's *supports* are its contacts with bodies nearer to the ground. From the top level down each body asks its
-// supports for the momentum that brings it, and all that it carries, to the common motion; of all ways to share that
-// among the points it takes the one that is least in proportion to what they already carry. What contacts cannot give,
-// because they would pull or slip, is left out, and the structure goes the fraction of the way that leaves it the least
-// kinetic energy. So a solution never adds energy, whatever it could not hold.
+// body's *supports* are its contacts with bodies nearer to the ground. From the top level down, each body asks its
+// supports for the momentum that brings it, and all that it carries, to the common motion. Of all ways to share that
+// among the points it takes the one that is least in proportion to what they already carry. Impulses that contacts
+// cannot give, because they would pull or slip, are left out, and the structure goes the fraction of the way that
+// leaves it the least kinetic energy. A solution therefore never adds energy, whatever it could not hold.
 #pragma once
 
 #include "dynamics/contact_rows.hpp"
