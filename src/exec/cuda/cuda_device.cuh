@@ -214,8 +214,8 @@ class CudaDevice final : public Memory {
     ++traffic_.launches;
   }
 
-  /// Blocks of a grid-stride launch. If the count is known, as many as needed. Otherwise blocks without work still cost
-  /// their start, so at most 16 per multiprocessor, one or two full loads.
+  /// Blocks of a grid-stride launch. As many as needed if the count is known. Otherwise blocks without work still cost
+  /// their start, so at most 16 per multiprocessor: one or two full loads.
   std::uint32_t blocks_for(Range range, std::uint32_t group_size) const {
     const std::uint32_t needed = (range.capacity + group_size - 1) / group_size;
     return range.count ? std::min(needed, 16 * info_.compute_units) : needed;

@@ -1,5 +1,5 @@
-// Events and graphs of CUDA streams. Host code that includes no CUDA header, because SYCL devices use it too:
-// AdaptiveCpp's queue on an NVIDIA GPU is implemented as such a stream.
+// Events and graphs of CUDA streams. This host code includes no CUDA header, because SYCL devices use it too:
+// AdaptiveCpp's queue on an NVIDIA GPU is such a stream.
 #pragma once
 
 #include <cstddef>

@@ -87,7 +87,7 @@ SyclDevice::~SyclDevice() {
   try {
     queue_.wait_and_throw();
     if (grid_barrier_) sycl::free(grid_barrier_, queue_);
-  } catch (const sycl::exception&) {  // no one is left to report it to
+  } catch (const sycl::exception&) {  // nobody is left to report it to
   }
 }
 
