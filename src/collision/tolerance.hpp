@@ -1,4 +1,4 @@
-// Lengths that the narrow phase ignores: in one file, so that all paths agree.
+// Lengths that the narrow phase ignores, in one file: all paths must agree.
 //
 // For everyday sizes they are fractions of the solver's linear slop (5 mm). They shrink with small shapes: a tolerance
 // never exceeds the pebble it is applied to.

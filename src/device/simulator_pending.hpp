@@ -1,4 +1,4 @@
-// Steps in flight: how the device simulator detects their end, repairs those that found no room, and reports them.
+// Steps in flight: how the device simulator detects their end, repairs those that ran out of room, and reports them.
 #pragma once
 
 #include <algorithm>
@@ -86,7 +86,7 @@ void DeviceSimulator<D>::make_room_for(const Report& report) {
   contact_memory_.reserve(resumes ? 0 : room_for(std::size_t{report.contacts} + report.found),
                           resumes ? room_for(report.manifolds) : 0, joint_memory_.capacity(), event_lists(),
                           may_bounce_, any_extras_);
-  // In multiples of eight, so that they do not grow with every single overlap.
+  // In multiples of eight, or they would grow with every single overlap.
   const std::uint32_t overlaps = published_memory_.reports[pending_steps_.front().number % max_pending_].max_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
   published_memory_.reserve(published_settings(), published_room());

@@ -71,8 +71,8 @@ FATHOM_LANE_FUNCTION VecOf<L> negated(VecOf<L> v) {
   return zero_vector<L>() - v;
 }
 
-/// Rotation by the vector `phi` (rad), shortened to two turns if it is longer. Computes an eighth of the rotation, for
-/// which a few terms of the series give full precision, and doubles it three times.
+/// Rotation by the vector `phi` (rad), shortened to two turns if it is longer. Computes the quaternion with an eighth
+/// of it as half the angle, where a few terms of the series give full precision, and squares it twice.
 template <class L>
 FATHOM_LANE_FUNCTION UnitQuat<L> rotation_by(VecOf<L> phi) {
   const L longest = splat<L>(157.9f);  // (4π)²

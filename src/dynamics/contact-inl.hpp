@@ -227,7 +227,7 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
     if constexpr (held) separation = separation - within(separation, step.slop);
     const L speed = sweep.motion.at(p.x, p.y);
     const auto apart = is_above(separation, zero);
-    // Speculative contact: a point that is still apart may close its gap within the substep, but may not go beyond.
+    // Speculative contact: a point that is still apart may close its gap within the substep, but no more.
     const L gap_speed = separation * step.inverse_substep;
     L bias = select(apart, gap_speed, zero), mass = p.mass, kept = old;
     if constexpr (pass != ContactPass::relax) bias = select(apart, gap_speed, step.bias_rate * separation);
@@ -372,7 +372,7 @@ FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L
     bounced = bounced + select(is_above(zero, leaving[i]), zero, one);
   }
   if (!any_above(bounced, zero)) return {false, zero, zero};
-  // Several points at once: start with equal shares, so that a body that falls flat rises flat.
+  // Several points at once: start with equal shares, or a body that falls flat would not rise flat.
   const auto several = is_above(bounced, one);
   const L share = one / select(several, sweep.k.nn * bounced, one);
   for (int i = 0; i < rows.end(); ++i) {

@@ -17,8 +17,8 @@ FATHOM_LANE_FUNCTION Vec within_half_a_turn(Vec phi) {
   return scale(select(is_far, kept, one), phi);
 }
 
-/// Rotation by the vector `phi` (rad, world axes): cos and sin of half the angle from their series, so that every
-/// target computes the same bits. Of unit length and exact to 1e-7 for any angle.
+/// Rotation by the vector `phi` (rad, world axes): cos and sin of half the angle from their series, with the same bits
+/// on every target. Of unit length and exact to 1e-7 for any angle.
 template <class Vec>
 FATHOM_LANE_FUNCTION QuatOf<Vec> exponential(Vec phi) {
   using L = LaneOf<Vec>;

@@ -46,7 +46,8 @@ class LoopClosure {
   /// Error of row i (m/s or rad/s); after `solve`, the impulse that removes it (N·s or N·m·s).
   FATHOM_HD float& error(std::uint32_t i) const { return vectors_[3 * rows_ + i]; }
 
-  /// Factorises the responses as L D transpose(L), column by column, in place: stores inverse(D) and L D. By a team.
+  /// Factorises the responses as L D transpose(L), column by column, in place: stores inverse(D) and L D. Run by a
+  /// team.
   FATHOM_HD void factorise() const {
     for (std::uint32_t k = 0; k < rows_; ++k) {
       // Rounding must not make a row stiffer than its own softness.

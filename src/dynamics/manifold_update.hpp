@@ -68,8 +68,8 @@ FATHOM_HD float margin_at_rest(float radius_a, float radius_b, float dt) {
   return 2 * half_speculative_margin(min(radius_a, radius_b), dt);
 }
 
-/// Distance (m) at which two bodies become a contact. Fast ones do so before they meet, so that the solver can stop
-/// them at the surface.
+/// Distance (m) at which two bodies become a contact. Fast ones do so before they meet: the solver can then stop them
+/// at the surface.
 FATHOM_HD float speculative_margin(float radius_a, float radius_b, const Velocity& va, const Velocity& vb, float dt) {
   const float approach = length(vb.linear - va.linear);
   const float turning = min(length(va.angular) * dt, 1.0f) * radius_a + min(length(vb.angular) * dt, 1.0f) * radius_b;

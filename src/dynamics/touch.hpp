@@ -1,5 +1,5 @@
 // When two bodies touch and when they hit each other, as reported to the application. Contacts begin before bodies
-// meet, so that the solver can stop them at the surface; that is not a touch yet. Pure, for host and device.
+// meet, because the solver has to stop them at the surface; that is not a touch yet. Pure, for host and device.
 #pragma once
 
 #include <cstdint>

@@ -127,8 +127,8 @@ class CudaDevice final : public Memory {
     parallel_for(Range::of(size, where), Fill<T>{to, value}, where);
   }
 
-  /// Key is std::uint32_t or std::uint64_t. A count in device memory costs a pass over the capacity: what lies
-  /// beyond the count sorts to the end as ones, and is left unspecified.
+  /// Key is std::uint32_t or std::uint64_t. A count in device memory costs a pass over the capacity: items beyond the
+  /// count sort to the end as ones, and are left unspecified.
   template <class Key>
   void sort_by_key(Scratch& scratch, Range range, Key* keys, std::uint32_t* values, int key_bits = 8 * sizeof(Key),
                    Where where = Where::current());

@@ -16,7 +16,7 @@ namespace fathom::exec::cuda {
 
 using Stream = CUstream_st*;
 
-/// Whether this build has a CUDA toolkit, so that streams can be used.
+/// Whether this build has a CUDA toolkit, and therefore streams.
 bool has_streams() noexcept;
 
 /// Whether a kernel crashed, after which the program has lost the device.
