@@ -2,8 +2,8 @@
 // that sweeps read.
 //
 // Colouring is greedy and persistent, as on the CPU: a contact takes the lowest colour free on both of its bodies when
-// it begins to touch, and keeps it. No single thread goes through new contacts in order; contacts choose in rounds: the
-// contact with the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring Heuristic",
+// it begins to touch, and keeps it. No single thread visits new contacts in order; they choose in rounds: the contact
+// with the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring Heuristic",
 // 1993). Priorities are a hash of the pair, so the outcome depends only on the contacts. A body's colours are the bits
 // of one word, and of a second one that is used only when the first is full. A contact that finds no free colour, or
 // cannot choose within the rounds, is in this step's overflow, which one work-item solves in order of priority, and

@@ -169,7 +169,6 @@ struct HoldBackFast {
     if (leads()) {
       bodies.velocities[i] = v;
       // A body that is put back in many steps would accumulate the rounding of all their products.
-      // Which of two dynamic bodies the other holds back.
       bodies.poses[i] = {end.position, was.reserved, normalize(end.rotation)};
     }
     sync();
@@ -199,7 +198,7 @@ struct HoldBackFast {
     return grown(Aabb{min(begin, end), max(begin, end)}, r);
   }
 
-  /// Which of two dynamic bodies is held back from the other.
+  /// Which of two dynamic bodies the other holds back.
   FATHOM_HD std::uint32_t held_of(const Contact& c) const {
     const bool is_a_lighter = move.bodies.constants[c.a].inverse_mass > move.bodies.constants[c.b].inverse_mass;
     return !can_be_held(c.b) || (can_be_held(c.a) && is_a_lighter) ? c.a : c.b;

@@ -1,5 +1,6 @@
 // How a sweep solves the rows of a generic or distance joint (dynamics/generic_rows-inl.hpp, which is included first),
 // over the same lane type L.
+//
 // A sweep solves all axes at once. Eliminating the locked axes (Gauss-Jordan) leaves the effective masses of the
 // others. Drives are solved as soft rows, then solved again with the limits that this result would break, and with
 // drives that would exceed their largest force clamped to it. A substep is a RATTLE step, as for a ball joint.
