@@ -93,7 +93,7 @@ std::unique_ptr<BroadPhase> make_sweep() { return make_sweep_broad_phase(WorldDe
 BENCHMARK_CAPTURE(find_all, tree, make_tree_broad_phase)->Apply(sizes);
 BENCHMARK_CAPTURE(find_all, sweep, make_sweep)->Apply(sizes);
 
-// Projection and sorting alone: insertion sort of a list that was sorted one step ago, or sorting from scratch.
+// Projection and sorting alone: insertion sort of last step's sorted list, or sorting from scratch.
 void sweep_sort(benchmark::State& state, bool from_nothing) {
   StageFixture scene(drift(state.range(0)));
   Mover move(scene);

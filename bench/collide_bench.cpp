@@ -10,7 +10,7 @@ namespace fathom {
 namespace {
 
 constexpr float margin = 0.02f;        // the speculative margin of bodies at rest
-constexpr std::size_t variants = 256;  // poses near the case's own, so that branch prediction cannot learn them
+constexpr std::size_t variants = 256;  // poses near the case's own: too many for branch prediction to learn
 
 Vec3 random_vector(Random& random, float limit) {
   const auto x = static_cast<float>(random.symmetric(limit));

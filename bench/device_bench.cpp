@@ -7,10 +7,10 @@
 //     --warm-start on|off  --rounds N  --push-out M/S  --series FILE
 //
 // Options apply to the scenes after them; a preset sets all algorithms, and options after it change some. `unbatched`
-// is the mean of all steps, `overlaps` the maximum of one body. A step's duration is `Profile::interval`. Results are
-// left on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up,
-// except for scenes shorter than 120 steps. Spikes are steps relative to the median of the 61 steps around them.
-// `--series` appends every such step: scene, bodies, step, ms, each stage's ms, pairs, manifolds, colours.
+// is the mean of all steps, `overlaps` the maximum of one body. A step's duration is `Profile::interval`. Results stay
+// on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up, except
+// for scenes shorter than 120 steps. Spikes are steps relative to the median of the 61 steps around them. `--series`
+// appends every such step: scene, bodies, step, ms, each stage's ms, pairs, manifolds, colours.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -33,7 +33,7 @@ struct Options {
   int ahead = 2;
   bool copy_results = false;
   int threads = 0;
-  WorldDef algorithms;  ///< only what presets set is used
+  WorldDef algorithms;  ///< only the members that presets set are used
   std::string name = "fathom";
   std::string series_file;
 };

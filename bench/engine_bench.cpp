@@ -1,4 +1,4 @@
-// The engine's overhead per step: ticks of entities, spawning, passing on states, zones, recording.
+// The engine's overhead per step: ticks of entities, spawning, publishing states, zones, recording.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
@@ -47,7 +47,7 @@ void spawn_ticking(Engine& engine, std::int64_t count, TickPhase phase, bool wit
   engine.frame();
 }
 
-// The whole frame: loop, hand-over of an empty step, and every entity's tick; on the game's thread.
+// The whole frame: loop, publication of an empty step, and every entity's tick, on the game's thread.
 void frame_with_ticks(benchmark::State& state) {
   Engine engine(quiet_config());
   spawn_ticking<Ticking>(engine, state.range(0), TickPhase::before, false);

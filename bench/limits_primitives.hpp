@@ -83,7 +83,7 @@ class Primitives {
     template <class Work, class Before>
     void time(double bytes, Work&& work, Before&& before) {
       before();
-      work();  // compiles what is compiled at run time
+      work();  // triggers run-time compilation
       double seconds = 0;
       for (auto _ : state) {
         before();
@@ -116,7 +116,7 @@ class Primitives {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  /// Bytes per second, read and written, for the better of two ways to copy what fits in no cache.
+  /// Bytes per second, read and written, for the better of two ways to copy data that fits in no cache.
   double measure_bandwidth() const {
     constexpr std::uint32_t n = 1u << 24;  // elements of 16 bytes
     D& device = *device_;

@@ -1,4 +1,4 @@
-// The stages of steps against the memory bandwidth.
+// The stages of steps against memory bandwidth.
 #include <algorithm>
 
 #include "limits_bench.hpp"
@@ -8,7 +8,8 @@ namespace fathom::bench {
 namespace {
 
 /// Bytes that a stage must read and write if all its bodies and contacts take part, each array once per pass: poses and
-/// velocities of 32 bytes, boxes of 24, manifolds of 96, three impulses of 4 per point. A stage that skips what has not
+/// velocities of 32 bytes, boxes of 24, manifolds of 96, three impulses of 4 per point. A stage that skips unchanged
+/// data exceeds 1.
 /// changed exceeds 1.
 struct StageBytes {
   double find_pairs, update_manifolds, solve;

@@ -1,5 +1,5 @@
 // Time of an off-screen frame, by number of bodies and by the path of the poses: from host memory, from a CUDA device
-// through the host, and within the GPU's memory.
+// through the host, or within the GPU's memory.
 //
 //   render_bench [--bodies 10000,100000,1000000] [--frames 60] [--size 1280x720] [--samples 4] [--shadows 4096]
 //                [--gpu auto] [--pictures FOLDER] [--device cuda]

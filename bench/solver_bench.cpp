@@ -1,5 +1,5 @@
 // Manifolds and the contact solver on a pyramid of 15 layers: every kernel for every instruction set that this machine
-// can run, on one thread. Compare the counters `per_…`.
+// supports, on one thread. Compare the counters `per_…`.
 #include <benchmark/benchmark.h>
 
 #include <cstring>
@@ -24,7 +24,7 @@ void narrow_phase(benchmark::State& state, bool recycled) {
   std::vector<NewManifold> begun;
   for (auto _ : state)
     for (std::uint32_t i = 0; i < scene.graph.size(); ++i) {
-      // A manifold that was made elsewhere has to be rebuilt.
+      // A manifold made at other poses must be rebuilt.
       if (!recycled && scene.graph[i].touching()) scene.graph.manifold(scene.graph[i]).forget_build();
       scene.update(i, begun);
     }
@@ -83,7 +83,7 @@ class Blocks {
   void iterate() { sweep(kernels_.iterate); }
   void store() { kernels_.store(array_, 0, stretches_.back(), lanes_.data(), constrained(), 1, {}); }
 
-  /// Otherwise endlessly repeated sweeps would end in denormal numbers.
+  /// Otherwise endlessly repeated sweeps would end in denormals.
   void reset_bodies() {
     std::memcpy(scene_.state.solver.data(), at_start_.data(), at_start_.size() * sizeof(SolverBody));
   }
@@ -150,7 +150,7 @@ std::vector<SolverKernels> runnable_kernels() {
   return list;
 }
 
-// The instruction sets are known only at run time, so these register themselves.
+// The instruction sets are known only at run time, so the benchmarks register themselves.
 [[maybe_unused]] const bool registered = [] {
   static const std::vector<SolverKernels> list = runnable_kernels();
   const std::pair<const char*, void (Blocks::*)()> passes[] = {

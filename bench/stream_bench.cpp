@@ -5,8 +5,8 @@
 //
 // The given number of bodies rain on a floor, `density` (1) per square metre; in every step `churn` of them arrive at
 // the top, and the oldest are removed. Times are the host's, from the first call for a step to the last: `calls` is
-// adding and removing, `step` the call of that name, `read` the requested reading; the results of a run's last step are
-// waited for, so the sum is the time of a frame. The first 120 steps do not count. If nothing is read and nothing
+// adding and removing, `step` the call of that name, `read` the requested reading. A run also waits for the results of
+// its last step, so the sum is the time of a frame. The first 120 steps do not count. If nothing is read and nothing
 // waits, `step` is the device's pace.
 #include <algorithm>
 #include <chrono>

@@ -3,9 +3,9 @@
 //     time_step_bench [--seconds S] scene:size …
 //
 // Scenes (pyramids by layers) run on the device simulator's host back end, with five sets of algorithms and four
-// sequences of time steps. A world has a single Δt; before each step whose Δt differs from the last, the simulator is
-// saved and restored with the new one, including contacts and their impulses. "Worst" is over all steps after the first
-// second.
+// sequences of time steps. A world has a single Δt: before each step whose Δt differs from the last, the simulator is
+// saved, and restored with the new one, including contacts and their impulses. "Worst" is over all steps after the
+// first second.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

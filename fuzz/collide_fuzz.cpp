@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     pose.position = input.vector();
     pose.rotation = normalize(input.rotation());
     const float margin = fathom::abs(input.number());
-    // What a world hands over: finite and no farther than it reaches.
+    // Poses that a world passes on: finite, and no farther than it extends.
     if (!is_finite(pose) || !(length(pose.position) < 1e7f) || !(margin < 1e6f)) return 0;
     const Geometry ga = geometry(a), gb = geometry(b);
     AxisCache cache, again;
@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       fuzz::require(m.points[i].feature == same.points[i].feature);
     }
     if (m.count > 0) fuzz::require(fathom::abs(length(m.normal) - 1.0f) < 1e-3f);
-    // With the axis remembered, as in the next step.
+    // With the cached axis, as in the next step.
     const Manifold next = collide(ga, gb, pose, margin, cache);
     fuzz::require(next.count >= 0 && next.count <= max_manifold_points);
   } catch (const Error&) {

@@ -1,5 +1,5 @@
-// Any text as an engine configuration, or as single keys from the command line: refused with one `Error`, or read; and
-// what is read is written as text that reads the same.
+// Any text as an engine configuration, or as single keys from the command line: refused with one `Error`, or read; the
+// values read are written as text that reads back the same.
 #include <string>
 #include <string_view>
 

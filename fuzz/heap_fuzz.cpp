@@ -1,5 +1,5 @@
-// Random heaps: any bodies of everyday sizes, thrown into a closed bin at any speed and spin. All stay finite, and
-// nobody is quarantined.
+// Random heaps: bodies of everyday sizes, thrown into a closed bin at any speed and spin. All stay finite, and none is
+// quarantined.
 #include <algorithm>
 #include <fathom/world.hpp>
 
@@ -64,7 +64,7 @@ class Bin {
     world_.add(def);
   }
 
-  /// 1.2 m to 4 cm long and at the most a hundred times as thin.
+  /// 1.2 m to 4 cm long and at most a hundred times as thin.
   Shape shape() {
     const float half = 0.6f / factor(5);
     const float thin = std::max(half / factor(6), 5e-4f);

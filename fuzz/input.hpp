@@ -32,7 +32,7 @@ class Input {
     std::memcpy(&value, &bits, sizeof value);
     return value;
   }
-  /// Mostly numbers of everyday size on a coarse grid, so that things touch and coincide; sometimes any bits.
+  /// Mostly numbers of everyday size on a coarse grid, so shapes touch and coincide; sometimes any bits.
   float number() {
     const std::uint8_t kind = byte();
     if (kind == 255) return any_float();
@@ -49,7 +49,7 @@ class Input {
     const Vec3 v = vector();
     return {w, v.x, v.y, v.z};
   }
-  /// Throws `Error` where the bytes make no shape.
+  /// Throws `Error` if the bytes define no shape.
   Shape shape() {
     switch (byte() % 4) {
       case 0:
@@ -64,7 +64,7 @@ class Input {
         return hull(points(4 + byte() % 16));
     }
   }
-  /// A mesh of any triangles, or a height field; for fixed and kinematic bodies. Throws as `shape`.
+  /// A mesh of arbitrary triangles, or a height field; for fixed and kinematic bodies. Throws as `shape` does.
   Shape surface() {
     const std::uint8_t kind = byte();
     if (kind % 2 == 0) {
@@ -99,7 +99,7 @@ class Input {
     if (bits & 128) axis.armature = number();
     return axis;
   }
-  /// Of any type, with whatever parameters; worlds refuse most that make no sense.
+  /// Of any type, with arbitrary parameters; worlds refuse most that make no sense.
   JointDef joint(BodyId a, BodyId b) {
     JointDef def;
     const std::uint8_t kind = byte();
@@ -131,7 +131,7 @@ class Input {
   std::size_t left_;
 };
 
-/// Ends the program where a promise is broken, which is what a fuzzer looks for.
+/// Ends the program if a promise is broken: this is what a fuzzer looks for.
 inline void require(bool promise) {
   if (!promise) std::abort();
 }

@@ -1,4 +1,4 @@
-// Any bytes as a recording, and any entries behind a sound beginning with a right checksum: refused with one `Error`,
+// Any bytes as a recording, and any entries after a valid beginning with a correct checksum: refused with one `Error`,
 // or replayed with all published states finite.
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-// Any text as a scene file: it is refused with one `Error`, or its world takes steps.
+// Any text as a scene file: refused with one `Error`, or its world takes steps.
 #include <string_view>
 
 #include "input.hpp"

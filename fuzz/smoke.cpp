@@ -1,4 +1,4 @@
-// smoke COUNT [SEED…]   A fuzzer's function without libFuzzer, for every compiler's tests: COUNT inputs of the same
+// smoke COUNT [SEED…]   Runs a fuzzer's function without libFuzzer, in every compiler's tests: COUNT inputs of the same
 // pseudo-random bytes, or of seeds with a few bytes changed.
 #include <algorithm>
 #include <cstdint>

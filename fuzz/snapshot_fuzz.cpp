@@ -1,5 +1,5 @@
-// Altered snapshots with a right checksum: refused with one `Error`, or restored into a world that can be read and
-// saved. (It is not stepped: a checksum tells accidents, not intentions.)
+// Altered snapshots with a correct checksum: refused with one `Error`, or restored into a world that can be read and
+// saved. (It is not stepped: a checksum detects accidents, not intentions.)
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 

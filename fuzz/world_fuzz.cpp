@@ -1,5 +1,5 @@
-// Random sequences of calls of the world's interface on both simulators: wrong ones are refused with an `Error`, and
-// whatever happens all published states stay finite.
+// Random sequences of calls of the world's interface on both simulators: invalid ones are refused with an `Error`, and
+// all published states always stay finite.
 #include <fathom/world.hpp>
 
 #include "input.hpp"
@@ -41,7 +41,7 @@ class Session {
     return def;
   }
 
-  // Mostly bodies that live, sometimes ones that died.
+  // Mostly living bodies, sometimes removed ones.
   BodyId id() {
     if (ids_.empty()) return {};
     return ids_[input_.byte() % ids_.size()];

@@ -1,4 +1,4 @@
-// Small worlds with something of everything, and ways to spoil their bytes.
+// Small worlds with something of everything, and ways to corrupt their bytes.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ inline void add_joints(World& world, const std::vector<BodyId>& ids, BodyId grou
   world.add_joint(target_joint(ground, world.pose(ground), ids[8], {}, {1, 1, 6}, 4, 1, 500));
 }
 
-/// A world in the middle of its life, as bytes.
+/// A snapshot of a world that has taken some steps.
 inline std::vector<std::byte> snapshot(SimulatorKind simulator) {
   World world(definition(simulator));
   const BodyId ground = world.add(body(box({20, 20, 0.5f}), {0, 0, -0.5f}, MotionType::fixed));
@@ -66,7 +66,7 @@ inline std::vector<std::byte> snapshot(SimulatorKind simulator) {
   return bytes;
 }
 
-/// One alteration: other values at some place, or bytes taken out.
+/// One alteration: other values at some position, or bytes removed.
 inline void alter(std::vector<std::byte>& bytes, Input& input) {
   const std::size_t at = bytes.empty() ? 0 : (input.byte() << 16 | input.byte() << 8 | input.byte()) % bytes.size();
   const std::uint8_t kind = input.byte();

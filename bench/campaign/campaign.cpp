@@ -26,7 +26,7 @@ std::string options_of(const Settings& settings) {
   return text.empty() ? text : text.substr(1);
 }
 
-/// The campaign so far. Figures from several builds or machines in one table would not be comparable.
+/// The campaign so far. Figures from several builds or machines do not belong in one table: they are not comparable.
 Campaign begin(const Store& store, const Settings& settings) {
   Circumstances here = circumstances_here();
   here.form = name_of(settings.form);

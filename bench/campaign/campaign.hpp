@@ -31,8 +31,8 @@ struct Progress {
 using Observer = std::function<bool(const Progress&)>;
 
 /// Makes the runs that are missing in the folder and saves each as it ends. Without `resume` the folder must not
-/// contain a campaign; with it, one of the same build and machine. Throws `Error{file}` or `Error{invalid_argument}`
-/// before anything runs. Returns whether all runs are complete.
+/// contain a campaign; with it, it must contain one of the same build and machine. Throws `Error{file}` or
+/// `Error{invalid_argument}` before anything runs. Returns whether all runs are complete.
 bool run_campaign(const Store& store, const Settings& settings, const Observer& observe);
 
 }  // namespace fathom::campaign

@@ -35,7 +35,7 @@ double student(std::size_t degrees) {
   return degrees == 0 ? table[0] : degrees <= table.size() ? table[degrees - 1] : 2.0;
 }
 
-/// The logarithms of a round's stretches.
+/// The logarithms of the times of a round's stretches.
 std::vector<double> logarithms(const std::vector<double>& stretches, std::size_t count) {
   std::vector<double> logs;
   for (std::size_t i = 0; i < count; ++i) logs.push_back(std::log(std::max(stretches[i], 1e-9)));
@@ -86,7 +86,7 @@ void compare_times(Difference& d, const Entry& a, const Entry& b, double noise) 
   d.slower = d.low > 1, d.faster = d.high < 1;
 }
 
-/// A count is exact except for the tolerance: variations of the compiler and of libraries.
+/// A count is exact up to the tolerance, which covers variations of the compiler and of libraries.
 void compare_counts(Difference& d, const Entry& a, const Entry& b, double tolerance) {
   d.unit = "instructions";
   d.before = a.rounds.front().front(), d.after = b.rounds.front().front();
@@ -94,7 +94,7 @@ void compare_counts(Difference& d, const Entry& a, const Entry& b, double tolera
   d.slower = d.ratio > 1 + tolerance, d.faster = d.ratio < 1 - tolerance;
 }
 
-/// A tenth more, and by more than a margin below which nobody sees it.
+/// A figure that grew by more than a tenth, and by more than `margin`, below which nobody notices; else empty.
 std::string grown(const Json& a, const Json& b, const char* name, double margin, const char* what, const char* unit) {
   if (!a.contains(name) || !b.contains(name) || !a.at(name).is_number() || !b.at(name).is_number()) return {};
   const double before = a.at(name), after = b.at(name);
@@ -125,7 +125,7 @@ std::string less_stable(const Entry& a, const Entry& b) {
   const auto [before, after] = at_last_common_step(a, b);
   if (!before || !after) return {};
   std::string text = grown(*before, *after, "ground_penetration_max", 1e-4, "in the ground", "m");
-  // If bodies move freely, the scene determines how far and how fast.
+  // If bodies move freely, the scene alone determines how far and how fast.
   if (!a.rests) return text;
   for (const std::string& more : {grown(*before, *after, "displacement_max", 1e-3, "moved", "m"),
                                   grown(*before, *after, "kinetic_energy_per_body", 1e-4, "energy", "J")})

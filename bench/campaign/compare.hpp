@@ -1,4 +1,4 @@
-// Two sets of results side by side: what became slower or less stable beyond noise.
+// Compares two sets of results: what became slower or less stable beyond noise.
 #pragma once
 
 #include <nlohmann/json.hpp>

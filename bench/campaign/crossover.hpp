@@ -1,4 +1,4 @@
-// From how many bodies on one simulator beats another.
+// The number of bodies from which one simulator beats another.
 #pragma once
 
 #include <optional>

@@ -16,7 +16,7 @@ using page::Plot;
 
 constexpr std::size_t max_columns = 240;  // of a plot: more would overlap
 
-/// Minimum and maximum of every stretch of steps, so that spikes stay visible with fewer points.
+/// Minimum and maximum of every stretch of steps: spikes stay visible with fewer points.
 void add_samples(Curve& curve, const std::vector<Sample>& samples, double Sample::*stage, double dt) {
   const std::size_t stretch = std::max<std::size_t>(1, samples.size() / max_columns);
   for (std::size_t begin = 0; begin < samples.size(); begin += stretch) {
@@ -82,7 +82,7 @@ std::vector<const Measurement*> reported(std::vector<const Measurement*> runs) {
   return runs;
 }
 
-/// Few lines: for each set of algorithms the native simulator and the fastest device.
+/// A few runs: for each set of algorithms the native simulator and the fastest device.
 std::vector<const Measurement*> drawn_runs(const View& view, const std::string& environment, std::int64_t bodies) {
   std::vector<const Measurement*> drawn;
   const std::vector<const Measurement*> runs = reported(view.table_runs(environment, bodies));

@@ -66,7 +66,7 @@ Painter::Painter(const Store& store, std::string device, std::uint64_t steps)
 Painter::~Painter() = default;
 
 bool Painter::wanted(const Case& c) const {
-  // The middle one of the published sizes: large enough to pile up, small enough to see.
+  // The middle of the published sizes: large enough to pile up, small enough to see.
   if (c.round != 1 || c.bodies != (c.environment == "pyramid" ? 385 : 1'000)) return false;
   return c.set == "fathom" ? c.simulator == "native" && c.threads == 1 : c.simulator == "device" && c.device == device_;
 }

@@ -9,7 +9,7 @@
 namespace fathom::campaign {
 
 /// Draws one run of each environment for every set of algorithms: Fathom's on the native simulator, the dissertation's
-/// on the first GPU, or else on the host's device. Draws nothing if this build or machine cannot.
+/// on the first GPU, or on the host's device if there is none. Draws nothing if this build or machine cannot.
 class Painter {
  public:
   /// `device`: where the dissertation's algorithms are shown; `steps` of a whole run.

@@ -31,7 +31,7 @@ const std::vector<Sizes>& sizes() {
   return all;
 }
 
-/// Everything of a scene that is worth its time in this form, on one machine.
+/// All runs of a scene that are worth their time in this form, on one machine.
 std::vector<Case> cases_of_scene(const Case& scene, bool huge, Form form, const Offer& offer) {
   const bool quick = form == Form::quick, large = scene.bodies > 1'240;
   const int all = table_threads(offer.threads);
@@ -52,7 +52,7 @@ std::vector<Case> cases_of_scene(const Case& scene, bool huge, Form form, const 
       continue;
     }
     for (const std::string& device : offer.devices) {
-      // Large scenes on a processor show nothing and take long.
+      // Large scenes on a processor show nothing new and run long.
       if (offer.is_processor(device) && (huge || (quick && large))) continue;
       for (const AlgorithmSet& set : algorithm_sets())
         if (set.name == "fathom" || !huge) add(simulator.name, device, all, set.name);

@@ -32,11 +32,11 @@ std::vector<int> thread_counts(int hardware_threads);
 /// The native simulator's number of threads in the tables: 8 as published, or all if there are fewer.
 int table_threads(int hardware_threads);
 
-/// Scene after scene; within a scene the simulators alternate, round by round, so that a slow minute of the machine
-/// affects them all.
+/// Scene after scene. Within a scene the simulators alternate, round by round: a slow minute of the machine affects
+/// them all.
 std::vector<Case> plan(Form form, const Offer& offer, int rounds);
 
-/// Approximate duration of a run there (s), for estimating the remaining time.
+/// Approximate duration of a run on that machine (s), for estimating the remaining time.
 double expected_seconds(const Case& what, const Offer& offer);
 
 }  // namespace fathom::campaign

@@ -31,7 +31,7 @@ std::string entry(std::string_view word, std::string_view meaning) {
   return fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(word), escaped(meaning));
 }
 
-/// What readers need to know who have only this page.
+/// Background for readers who have only this page.
 std::string about_html(const View& view) {
   std::string html = fmt::format(
       "<h2 id='about'>What is measured</h2>\n<p>The experiment of R. J. S. Pereira's dissertation <i>Optimizing "

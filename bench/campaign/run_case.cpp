@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Looking at all bodies evicts the caches: rarely enough not to affect the 99th percentile.
+// Reading all bodies evicts the caches: do it rarely enough not to affect the 99th percentile.
 constexpr std::uint64_t quality_interval = 180;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -92,7 +92,7 @@ class Runner {
 
 std::string refusal(const Scene& scene, const Quality& quality, std::uint64_t steps) {
   if (quality.non_finite > 0) return fmt::format("{} states not finite", quality.non_finite);
-  // No body may have more energy than gravity and kicks can have given it.
+  // No body may have more energy than gravity and kicks can give it.
   double height = 0, mass = 0, bodies = 0;
   for (const BodyDef& body : scene.bodies) {
     if (body.motion != MotionType::dynamic) continue;

@@ -16,10 +16,10 @@ struct RunLimits {
 /// Called before the first step, with 0, and after each step; false ends the run.
 using StepObserver = std::function<bool(std::uint64_t step, const World& world)>;
 
-/// The finished run, or nothing if the observer ended it. What the simulator cannot do is reported as `skipped`.
+/// The finished run, or nothing if the observer ended it. Features that the simulator lacks are reported as `skipped`.
 std::optional<Measurement> run_case(const Case& what, const RunLimits& limits, const StepObserver& observe);
 
-/// Why such states are not to be reported (not finite, more energy than at the start), or empty.
+/// Why the figures of such states are not reported (not finite, more energy than at the start), or empty.
 std::string refusal(const Scene& scene, const Quality& quality, std::uint64_t steps);
 
 }  // namespace fathom::campaign

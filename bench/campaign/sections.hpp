@@ -11,7 +11,7 @@ namespace fathom::campaign {
 std::string summary_section(const View& view);
 /// Average stage durations beside the published ones, laid out as tables 4.2 to 4.5.
 std::string stage_tables_section(const View& view);
-/// From how many bodies on each device beats the native simulator.
+/// The number of bodies from which each device beats the native simulator.
 std::string crossover_section(const View& view);
 /// Quality behind the speed: displacement, penetration, energy, spikes.
 std::string quality_section(const View& view);
@@ -20,7 +20,7 @@ std::string pictures_section(const View& view, const Store& store);
 std::string duration_section(const View& view);
 /// Figures 4.1 to 4.9: numbers of threads.
 std::string threads_section(const View& view);
-/// What is missing from the tables, and why.
+/// Runs that are missing from the tables, and why.
 std::string exclusions_section(const View& view);
 
 }  // namespace fathom::campaign

@@ -23,7 +23,7 @@ constexpr int format = 1;
 
 Quality quality_of(const Json& json) {
   Quality q;
-  // States that are not finite may have left figures that JSON writes as null.
+  // States that were not finite may have left figures that JSON writes as null.
   const auto number = [&](const char* name) { return json.at(name).is_number() ? json.at(name).get<double>() : 0.0; };
   q.ground_penetration_max = number("ground_penetration_max");
   q.displacement_max = number("displacement_max");

@@ -1,4 +1,4 @@
-// A campaign's folder: campaign.json with everything but the steps, runs/KEY.csv with a row per step, pictures.
+// A campaign's folder: campaign.json with everything but the steps, runs/KEY.csv with a row per step, and pictures.
 #pragma once
 
 #include <memory>

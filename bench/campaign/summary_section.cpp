@@ -62,7 +62,7 @@ std::string against_the_processor(const View& view) {
       counted(static_cast<std::uint64_t>(view.table_threads()), "thread"), faster.text(), slowest);
 }
 
-/// Each set of algorithms on the same simulator and hardware, so that only the algorithms differ.
+/// Each set of algorithms on the same simulator and hardware: only the algorithms differ.
 std::string against_the_algorithms(const View& view) {
   std::string text;
   std::map<std::string, Range> by_hardware;

@@ -23,7 +23,7 @@ const std::vector<Stage>& stages();
 inline constexpr std::size_t published_stages = 3;
 /// Of `stages`, the whole step.
 inline constexpr std::size_t whole_step = published_stages;
-/// The columns of tables as indices of `stages`. The whole step comes first: it is what counts.
+/// The columns of tables as indices of `stages`. The whole step comes first: it matters most.
 inline constexpr std::array<std::size_t, published_stages + 1> column_order{whole_step, 0, 1, 2};
 
 class View {
@@ -57,7 +57,7 @@ class View {
 /// Mean (ms) of a stage over steps 1 to `last`.
 double mean_of_first_steps(const Measurement& run, std::uint64_t last, const Stage& stage);
 
-/// The number of steps that every reported run made: those over which a run that was cut short can be compared.
+/// The number of steps that every reported run made: a run that was cut short can be compared over these.
 std::uint64_t steps_of_all(const std::vector<const Measurement*>& runs);
 
 /// Means (ms) of a stage over the steps that both runs made.

@@ -1,5 +1,5 @@
 // Bullet: btDiscreteDynamicsWorld with the sequential impulse solver, 10 iterations. Its parallel world needs a library
-// built for threads, which packaged ones are not.
+// built with threads; packaged ones are not.
 #include <btBulletDynamicsCommon.h>
 
 #include <cmath>
@@ -93,7 +93,7 @@ class BulletEngine final : public Engine {
     btVector3 inertia(0, 0, 0);
     if (mass > 0) shape->calculateLocalInertia(mass, inertia);
     btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
-    // A contact's coefficient is the product of both bodies', so each gets the square root.
+    // A contact's coefficient is the product of both bodies', so each body gets the square root.
     info.m_friction = std::sqrt(def.material.friction);
     info.m_restitution = std::sqrt(def.material.restitution);
     info.m_startWorldTransform = btTransform(quaternion(def.pose.rotation), vector(def.pose.position));

@@ -14,7 +14,7 @@ struct SceneEntry {
   int steps = 0;
 };
 
-/// The size of `pyramid` is in layers, that of the others in bodies. Throws `invalid_argument` for anything else.
+/// `pyramid` takes its size in layers, the others in bodies. Throws `invalid_argument` for anything else.
 SceneEntry parse_scene_entry(const std::string& text, int default_steps);
 
 struct Result {
@@ -28,7 +28,7 @@ struct Result {
   double p99_ms() const;
   double max_ms() const;
   const Quality& quality() const { return rounds.back().quality; }
-  /// From the first round that went wrong.
+  /// The trouble of the first round that had any.
   std::string trouble() const;
 };
 
@@ -36,9 +36,9 @@ struct Result {
 using Progress = std::function<void(int round, const Result& next)>;
 
 /// Results by scene, then by number of threads, with the engines in the given order. In a round the engines alternate
-/// on a scene, so that a slow minute of the machine affects them all. Engines without threads run once per round, on
-/// one thread. `limit` (s) is that of `measure`; a run that gave no figures is not repeated. An `InterruptGuard` ends
-/// it early, with the results so far.
+/// on a scene: a slow minute of the machine affects them all. Engines without threads run once per round, on one
+/// thread. `limit` (s) is that of `measure`; a run that gave no figures is not repeated. An `InterruptGuard` ends the
+/// campaign early, with the results so far.
 std::vector<Result> run_campaign(const std::vector<SceneEntry>& scenes, const std::vector<const EngineKind*>& engines,
                                  const std::vector<int>& threads, int rounds, double limit, const Progress& progress);
 

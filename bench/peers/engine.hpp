@@ -1,4 +1,4 @@
-// What every engine must offer to be measured. One adapter file per engine; engines.cpp lists them.
+// The interface through which every engine is measured. One adapter file per engine; engines.cpp lists them.
 //
 // An adapter adopts the scene's definitions (shapes, masses, friction, gravity, Δt) and leaves everything else at the
 // engine's own defaults, except that bodies neither sleep nor are damped.
@@ -61,7 +61,7 @@ enum class PeerJoint {
   limb,   ///< a ball joint with a cone about A's axis x and bounds on the twist
   hinge,  ///< about the axis x, with or without bounds and friction
 };
-/// Refuses a joint that is none of them, is a spring, breaks, or lets its bodies collide.
+/// Refuses any other joint, and one that is a spring, breaks, or lets its bodies collide.
 PeerJoint peer_joint(std::string_view engine, const JointDef& joint);
 /// Mass of a dynamic body (kg).
 float mass_of(const BodyDef& body);

@@ -163,7 +163,7 @@ class JoltEngine final : UsesLibrary, public Engine {
     return shape_;
   }
 
-  // All at once, which is how Jolt builds a good tree.
+  // All at once: this gives Jolt a good tree.
   void add_all() {
     JPH::BodyInterface& bodies = system_.GetBodyInterface();
     std::vector<JPH::BodyID> ids = ids_;  // will be sorted

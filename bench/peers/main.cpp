@@ -1,4 +1,4 @@
-// fathom_peers: `fathom bench peers` without the rest of the program, for carrying to other machines.
+// fathom_peers: `fathom bench peers` without the rest of the program, for copying to other machines.
 #include <CLI/CLI.hpp>
 #include <iostream>
 

@@ -26,7 +26,7 @@ Vec3 random_vector(Random& random, float limit) {
   return {x, y, z};
 }
 
-/// The kicks of SceneInstance, number for number, for any engine.
+/// The kicks of SceneInstance, exactly, for any engine.
 void kick(Engine& engine, const Scene& scene, Random& random) {
   const States now(engine, scene);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

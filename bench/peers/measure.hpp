@@ -1,4 +1,4 @@
-// One engine, one scene, once.
+// One run of one engine on one scene.
 #pragma once
 
 #include "engine.hpp"
@@ -15,9 +15,9 @@ struct Measurement {
   std::string trouble;     ///< why the run does not count; empty if it does
 };
 
-/// Times only the steps, including the first; not the scene's kicks. A run ends early once its steps have taken more
-/// than `limit` seconds, or when interrupted (`InterruptGuard`), which makes it meaningless. What an engine cannot do
-/// is reported as `trouble`.
+/// Times only the steps, including the first, not the scene's kicks. A run ends early once its steps have taken more
+/// than `limit` seconds, or when interrupted (`InterruptGuard`), which makes it meaningless. Scenes that an engine does
+/// not support are reported as `trouble`.
 Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps, double limit);
 
 }  // namespace fathom::peers

@@ -37,7 +37,7 @@ std::vector<const EngineKind*> chosen_engines(const Options& options) {
   return chosen;
 }
 
-/// On a terminal a line that is overwritten; elsewhere only a word per round.
+/// On a terminal, overwrites one line; elsewhere prints only a word per round.
 void show_progress(int round, int rounds, const Result& next) {
   static int last_round = 0;
   if (stderr_is_terminal())
@@ -48,7 +48,7 @@ void show_progress(int round, int rounds, const Result& next) {
   last_round = round;
 }
 
-/// CLI11's own check shows its limits in the help, where no other option does.
+/// CLI11's own check would show its limits in the help, unlike every other option.
 CLI::Validator whole_number_between(int least, int most) {
   return CLI::Validator(
       [least, most](std::string& text) -> std::string {
@@ -114,7 +114,7 @@ Outcome run(const Options& options) {
       run_campaign(scenes, engines, options.threads, options.rounds, options.limit,
                    [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
   if (stderr_is_terminal()) tell("\r\x1b[K");
-  // Figures on stdout must be the only output there.
+  // With figures on stdout, nothing else may be printed there.
   if (files::is_stdout(options.json))
     tell(table_of(results));
   else

@@ -53,7 +53,7 @@ PxSceneDesc description(const Scene& scene) {
   desc.cudaContextManager = &cuda_context();
   desc.flags |= PxSceneFlag::eENABLE_GPU_DYNAMICS | PxSceneFlag::eENABLE_DIRECT_GPU_API;
   desc.broadPhaseType = PxBroadPhaseType::eGPU;
-  // Enough room that no contact is dropped: the defaults are for some 10,000 bodies.
+  // Enough room that no contact is dropped: the defaults suffice for some 10,000 bodies.
   const auto count = static_cast<PxU32>(scene.bodies.size());
   PxGpuDynamicsMemoryConfig& room = desc.gpuDynamicsConfig;
   room.maxRigidContactCount = std::max(room.maxRigidContactCount, 48 * count);

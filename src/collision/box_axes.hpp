@@ -1,8 +1,8 @@
 // Separating axes of two boxes: three faces each and nine pairs of edges.
 //
-// The projections are those of S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996: with the rotation matrix
-// between the boxes and its absolute values every axis costs only a few multiplications. Three axes are tested side by
-// side, so that all six faces cost little more than one.
+// The projections are those of S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996: given the rotation
+// matrix between the boxes and its absolute values, every axis costs only a few multiplications. Three axes are tested
+// side by side, so all six faces cost little more than one.
 #pragma once
 
 #include "collision/lanes.hpp"
@@ -67,13 +67,13 @@ FATHOM_HD BoxPair swapped(const BoxPair& p) {
   return s;
 }
 
-/// x·|x|: order-preserving, so that a / √b > c can be tested without root or division as signed_square(a) >
+/// x·|x|: order-preserving, so a / √b > c can be tested without root or division as signed_square(a) >
 /// signed_square(c)·b.
 FATHOM_HD float signed_square(float x) { return x * abs(x); }
 
 /// Separations along the cross products of edges, times those products' lengths: for one axis of A, for all of B. The
-/// expected rounding error is subtracted: divided by the length of a short product it would make nearly parallel edges
-/// look separated. The result is a lower bound, which sinks below every other axis as the edges align.
+/// expected rounding error is subtracted: divided by the length of a short product, it would make nearly parallel edges
+/// look separated. The result is a lower bound, which drops below every other axis as the edges align.
 struct EdgeAxes {
   Lanes scaled;          ///< separation · length (m)
   Lanes length_squared;  ///< of the cross product of the two unit axes

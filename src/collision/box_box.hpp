@@ -54,7 +54,7 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Ma
 }
 
 /// Up to four points where the face of A across `axis` and the opposing face of B overlap. If the pair is swapped,
-/// `unswapped` is the pair in its original order, which the result refers to; else null.
+/// `unswapped` is the pair in its original order, in which the result is given; else null.
 FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin,
                                 const PatchLoad& load, AxisCache& cache, Manifold& manifold) {
   const bool flipped = unswapped != nullptr;

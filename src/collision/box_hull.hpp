@@ -1,4 +1,4 @@
-// A box as a hull, so that boxes can use the general path against every other shape.
+// A box as a hull: the general path for boxes against every other shape.
 #pragma once
 
 #include "geometry/geometry.hpp"

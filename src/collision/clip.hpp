@@ -2,7 +2,7 @@
 //
 // I. E. Sutherland, G. W. Hodgman, "Reentrant Polygon Clipping", Comm. ACM 17 (1974), in the frame of the reference
 // face: the sides are lines in its plane, and heights over it are interpolated. Each corner stores the edge that leaves
-// it, so that the two edges that meet there finally identify it.
+// it; the two edges that meet there finally identify it.
 #pragma once
 
 #include "collision/feature.hpp"
@@ -33,7 +33,7 @@ FATHOM_HD Vec3 from_face(const FaceFrame& f, float x, float y, float z) {
 inline constexpr std::uint32_t reference_edge = 0x8000;
 
 /// Makes room in a full polygon by dropping every other corner, but not the lowest. Faces of more than 32 corners lose
-/// little by it.
+/// little.
 FATHOM_HD int thin(FacePoint* points, int count) {
   int lowest = 0;
   for (int i = 1; i < count; ++i) {

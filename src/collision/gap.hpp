@@ -85,7 +85,7 @@ FATHOM_HD Vec3 nearest_of_triangle(Vec3 a, Vec3 b, Vec3 c, int& used) {
     used <<= 1;
     return p;
   }
-  // Along the normal, which is more precise than barycentric coordinates where the triangle is large.
+  // Along the normal: more precise than barycentric coordinates where the triangle is large.
   used = 7;
   const Vec3 n = cross(ab, ac);
   const float square = length_squared(n);
@@ -122,7 +122,7 @@ FATHOM_HD Vec3 reduce(Simplex& s) {
   return nearest;
 }
 
-/// The cores are at least `distance` (m) apart along `normal`, a unit vector in A's frame from A to B; where it is not
+/// The cores are at least `distance` (m) apart along `normal`, a unit vector in A's frame from A to B; if it is not
 /// above zero, they touch or overlap as far as the search could tell.
 struct Gap {
   float distance = -3e38f;

@@ -24,8 +24,8 @@ FATHOM_HD float face_separation(const HullView& ref, int face, const HullView& o
   return lowest_over(ref, face, other, other_in_ref).height;
 }
 
-/// The face of `ref` over which `other` is highest; the first of equals. Stops at a face over which it is higher than
-/// `margin`.
+/// The face of `ref` over which `other` is highest; the first of equals. Stops at a face over which `other` is higher
+/// than `margin`.
 ///
 /// A hull is nowhere higher than any of its points, so its lowest vertex is needed over few faces: `start`, then
 /// repeatedly the face over which the points found so far are highest. Rounding may make a hull `slack` (m) higher than
@@ -62,8 +62,8 @@ FATHOM_HD EdgeView transform(const Frame& f, const EdgeView& e) {
   return {transform(f, e.from), f.rotation * e.along, f.rotation * e.left, f.rotation * e.right};
 }
 
-/// Whether the arcs of normals of `a` and of the mirrored `b` cross. left × right runs along an edge, which saves the
-/// cross products of the normals.
+/// Whether the arcs of normals of `a` and of the mirrored `b` cross. left × right runs along an edge, so no cross
+/// products of the normals are needed.
 FATHOM_HD bool makes_minkowski_face(const EdgeView& a, const EdgeView& b) {
   const float left_b = dot(b.left, a.along), right_b = dot(b.right, a.along);
   if (!(left_b * right_b < 0)) return false;
@@ -174,7 +174,7 @@ FATHOM_HD EdgesAxis best_edges_by_eights(const HullView& a, const HullView& b, c
 }
 #endif
 
-/// The pair among these edges with the largest separation above `threshold`, if any. Ends early where that exceeds
+/// The pair among these edges with the largest separation above `threshold`, if any. Ends early if that exceeds
 /// `margin`.
 FATHOM_HD EdgesAxis best_edges(const HullView& a, const HullView& b, const Frame& b_in_a, const NearEdges& near_a,
                                const NearEdges& near_b, float noise, float threshold, float margin) {
@@ -194,8 +194,8 @@ FATHOM_HD EdgesAxis best_edges(const HullView& a, const HullView& b, const Frame
   return found.best;
 }
 
-/// Separation along the cached axis. Its edges need not form a Minkowski face: the axis across them is as good as any
-/// other to show that the hulls are apart.
+/// Separation along the cached axis. Its edges need not form a Minkowski face: the axis across them shows as well as
+/// any other that the hulls are apart.
 FATHOM_HD float cached_separation(const HullView& a, const HullView& b, const Frame& b_in_a, const Frame& a_in_b,
                                   float noise, const AxisCache& cache) {
   if (cache.kind == AxisCache::face_a)

@@ -1,9 +1,9 @@
 // Bounds on separations from some points of a hull, which leave only a few faces and edges to try.
 //
-// Along no axis is a hull higher than any of its points, its *witnesses*. Over a face this bound is the witness' height
-// h. The axis n across two edges is a combination α·l + β·r of the normals beside either edge, with α, β ≥ 0, and α + β
-// ≥ 1 because it has unit length; so along n the witness is at α·h_l + β·h_r over that edge, and where both heights are
-// below some t ≤ 0, so is the separation.
+// A hull is at least as low along any axis as each of its points, its *witnesses*. Over a face this bound is the
+// witness' height h. The axis n across two edges is a combination α·l + β·r of the normals beside either edge, with α,
+// β ≥ 0, and α + β ≥ 1 because it has unit length. Along n the witness is therefore at α·h_l + β·h_r over that edge,
+// and where both heights are below some t ≤ 0, so is the separation.
 #pragma once
 
 #include "collision/frame.hpp"
@@ -49,7 +49,7 @@ struct FaceHeights {
       for (int i = 0; i < 8; ++i) heights[f + i] = f + i < hull.face_count ? -no_separation : no_separation;
   }
 
-  /// Removes a face.
+  /// Excludes a face.
   FATHOM_HD void close(const HullView& hull, int face) {
 #if defined(FATHOM_HAS_EIGHT)
     if (by_eights(hull)) {
@@ -60,8 +60,8 @@ struct FaceHeights {
     heights[face] = no_separation;
   }
 
-  /// Adds a witness. Returns the face with the greatest height then, the first of equals; without any, its separation
-  /// is `no_separation`.
+  /// Adds a witness. Returns the face that now has the greatest height, the first of equals; without any face, its
+  /// separation is `no_separation`.
   FATHOM_HD FaceAxis lower(const HullView& hull, Vec3 witness) {
 #if defined(FATHOM_HAS_EIGHT)
     if (by_eights(hull)) return lower_eights(hull, witness);

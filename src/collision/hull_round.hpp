@@ -171,8 +171,8 @@ FATHOM_HD void add_stretch(const HullView& hull, int face, const Stretch& stretc
   }
 }
 
-/// Adds one or two points where the core runs over the face, not higher than `reach`. Adds none where the lowest is not
-/// at the height `expected`: then the closest feature is not the face, or lies in another direction.
+/// Adds one or two points where the core runs over the face, not higher than `reach`. Adds none if the lowest is not at
+/// the height `expected`: then the closest feature is not the face, or lies in another direction.
 FATHOM_HD void add_face_points(const HullView& hull, int face, const RoundShape& round, const Tolerance& tolerance,
                                float expected, float reach, Manifold& m) {
   const Hull::Plane& plane = hull.planes[face];

@@ -1,7 +1,7 @@
 // Three numbers in a four-lane register: the axes of a box.
 //
-// GCC and Clang map the vector type to SIMD instructions; for GPUs it is a plain array with the same roundings. It uses
-// no fused operations, so that both give the same bits. The fourth lane is zero on entry and never read.
+// GCC and Clang map the vector type to SIMD instructions; for GPUs it is a plain array with the same roundings. Neither
+// uses fused operations, so both give the same bits. The fourth lane is zero on entry and never read.
 //
 // SYCL needs the array, too: LLVM 19 reads a lane with a variable index from a vector on an NVIDIA GPU's stack by a
 // generic load with a local address (its NVPTX back end takes the address space from a pointer that such loads lack).

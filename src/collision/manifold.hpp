@@ -1,6 +1,6 @@
 // Contact manifolds between two convex shapes: pure functions for host and device.
 //
-// Everything is in the frame of shape A: the pose of B relative to A comes in, the normal and points go out. That keeps
+// Everything is in the frame of shape A: the pose of B relative to A comes in, the normal and points go out. This keeps
 // precision far from the world's origin and saves one rotation per pair.
 #pragma once
 
@@ -35,8 +35,8 @@ FATHOM_HD float nearest_separation(const Manifold& m) {
   return nearest;
 }
 
-/// Whether the points over a face show less than half of the overlap along the face's axis, `separation`: then the
-/// deepest feature is beside that face, whose axis is the best only within `tolerance` (m).
+/// Whether the points over a face show less than half of the overlap along the face's axis, `separation`: the deepest
+/// feature then is beside that face, whose axis is the best only within `tolerance` (m).
 FATHOM_HD bool hides_overlap(const Manifold& m, float separation, float tolerance) {
   if (m.count == 0) return separation <= 0;
   float deepest = m.points[0].separation;

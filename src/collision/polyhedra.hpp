@@ -27,8 +27,8 @@ FATHOM_HD HullPair make_hull_pair(const HullView& a, const HullView& b, const Po
   return {a, b, frame, inverse(frame), make_tolerance(min(size_a.inner, size_b.inner), reach), height_slack(reach)};
 }
 
-/// The face of `inc` most opposed to `normal`, among those around the vertex that is lowest along it: so the deepest
-/// point is on that face.
+/// The face of `inc` most opposed to `normal`, among those around the vertex that is lowest along it: the deepest point
+/// is then on that face.
 FATHOM_HD int incident_face(const HullView& inc, Vec3 normal) {
   const int vertex = lowest_vertex(inc, normal).vertex;
   int start = inc.vertex_edges ? inc.vertex_edges[vertex] : 0;
@@ -72,8 +72,8 @@ FATHOM_HD NearestSide nearest_side(const HullView& inc, const Frame& inc_in_ref,
   return nearest;
 }
 
-/// Adds to the `count` points of the incident face the corner onto which the shape would tip: the farthest one of the
-/// face beyond the nearest side, if it is over the reference face and not higher than `margin` (m). Small or thin
+/// Adds to the `count` points of the incident face the corner onto which the shape would tip: the farthest corner of
+/// the face beyond the nearest side, if it is over the reference face and not higher than `margin` (m). Small or thin
 /// shapes tip over a side within a step, where no contact would hold them. Returns the new number of points.
 FATHOM_HD int add_next_corner(const HullView& ref, int ref_face, const HullView& inc, const Frame& inc_in_ref,
                               int inc_face, const FaceFrame& frame, float side_tolerance, float margin, bool flipped,
@@ -217,7 +217,7 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
     }
     cache = flipped ? make_cache(AxisCache::face_b, 0, face, false) : make_cache(AxisCache::face_a, face, 0, false);
   }
-  // A single call for both, or kernel compilers would inline it twice.
+  // A single call for both: kernel compilers would inline it twice.
   Manifold strip;
   AxisCache of_strip;
   hull_face_contact(p, face, flipped, margin, by_edges ? PatchLoad{} : load, by_edges ? of_strip : cache,

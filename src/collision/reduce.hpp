@@ -4,8 +4,8 @@
 // exactly: for each opposite corner the best points on either side of the diagonal are independent of each other, so
 // each pair is examined only once. High points count less, because a leaning body comes down next on the corners beside
 // the deepest one: a cylinder rolling on its rim would otherwise drop between points that are far apart. If the patch
-// does not lean and its load has moved out of the kept points, the edge over which the body would tip is kept. The
-// points may come in any order.
+// does not lean and its load has left the kept points, the edge over which the body would tip is kept. The points may
+// come in any order.
 #pragma once
 
 #include "collision/manifold.hpp"
@@ -39,9 +39,9 @@ FATHOM_HD float area(const FacePoint& a, const FacePoint& b, const FacePoint& c)
 }
 
 /// Chooses the points to keep for a patch with this load: the two corners between which the load would leave the patch,
-/// moving from the middle, so that the body tips over the patch's own edge, and the two that add the largest area, one
-/// after the other. The lowest point replaces the last one where it lies clearly below the edge. False: the load is in
-/// the middle.
+/// moving from the centre (the body then tips over the patch's own edge), and the two that add the largest area, one
+/// after the other. The lowest point replaces the last one if it lies clearly below the edge. False: the load is in the
+/// centre.
 FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count, float depth_tie,
                               int chosen[max_manifold_points]) {
   float middle_x = 0, middle_y = 0;
@@ -127,7 +127,7 @@ FATHOM_HD void choose_largest(const FacePoint* points, int count, float depth_ti
 }
 
 /// Moves the points to keep to the front; returns how many (at most 4). `depth_tie`: points up to this much (m) above
-/// the deepest count as equally deep, so that rounding does not decide.
+/// the deepest count as equally deep, so rounding does not decide.
 FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, FaceLoad load = {}) {
   if (count <= max_manifold_points) return count;
   int chosen[max_manifold_points];
@@ -142,7 +142,7 @@ FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, FaceLoad loa
   const bool leans = highest - lowest > max(4 * level, sway_slope * max(max_x - min_x, max_y - min_y));
   if (!load.is_known || leans || !choose_towards(load, points, count, depth_tie, chosen))
     choose_largest(points, count, depth_tie, level, chosen);
-  // In the order of their indices, so that the result does not depend on which of them is the deepest.
+  // In the order of their indices: the result must not depend on which of them is the deepest.
   int kept = 0;
   for (int i = 0; i < count; ++i) {
     const bool keep = i == chosen[0] || i == chosen[1] || i == chosen[2] || i == chosen[3];

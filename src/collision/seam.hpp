@@ -1,14 +1,14 @@
-// Seams: shapes that do not move against each other and lie side by side, such as tiles, are touched as one surface.
+// Seams: shapes that do not move against each other and lie side by side, such as tiles, collide as one surface.
 //
 // Each pair of shapes is collided separately. A body that slides over two tiles would get a contact with the side of
-// the next one, which the tile before it hides, and a ball a contact with that tile's edge, tilted against its motion.
+// the next one, which the previous tile hides, and a ball a contact with that tile's edge, tilted against its motion.
 // So a manifold at an edge of a shape is compared with the neighbours:
 //
 // * A normal counts where no neighbour rises above the plane across it: it is a normal of both shapes' union.
 // * Otherwise a face normal counts where that face is visible. In the corner between a floor and a wall that stands
 //   on it both normals count; the side of a tile beside another one is hidden.
-// * A manifold that does not count is replaced by the one over the least deeply touched face among those that are
-//   visible, if the other shape is over it; else the neighbour holds it.
+// * A manifold that does not count is replaced by the one over the least deeply touched of the visible faces, if the
+//   other shape is over it; otherwise the neighbour holds it.
 //
 // Triangles of a mesh (terrain/) follow the same rule, with precomputed edges. Pure, for host and device.
 #pragma once
@@ -110,7 +110,7 @@ FATHOM_HD Vec3 on_first(const Manifold& m, int i) {
   return mul_add(m.points[i].position, -0.5f * m.points[i].separation, m.normal);
 }
 
-/// Whether the manifold, in A's frame, is near an edge, so that it may not count.
+/// Whether the manifold, in A's frame, is near an edge and therefore may not count.
 FATHOM_HD bool may_be_at_seam(const Geometry& a, const Manifold& m, const SeamLengths& lengths) {
   if (!has_faces(a)) return false;
   bool at_edge = false;
@@ -170,8 +170,8 @@ FATHOM_HD Vec3 pulled_inside(const Geometry& g, Vec3 point) {
   return point;
 }
 
-/// Calls act(point) for the manifold's points on A until it returns true, except those beside which A itself rises by
-/// more than `gap` (m): they lie under B's face beside the touched feature. Returns whether it did.
+/// Calls act(point) for the manifold's points on A until it returns true; returns whether it did. Skips points beside
+/// which A itself rises by more than `gap` (m): they lie under B's face beside the touched feature.
 template <class Act>
 FATHOM_HD bool any_outermost(const Geometry& a, const Manifold& m, float gap, const Act& act) {
   const float farthest = dot(m.normal, support(a, m.normal)) - gap;
@@ -187,7 +187,7 @@ FATHOM_HD bool is_held(const Neighbours& neighbours, Vec3 point) {
   return neighbours.any([&](const auto& n) { return n.holds(point, 0); });
 }
 
-/// Whether the manifold touches A where the union of A and its neighbours can be touched by a B with this centre.
+/// Whether the manifold touches A where a B with this centre can touch the union of A and its neighbours.
 template <class Neighbours>
 FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, const Manifold& m, Vec3 centre,
                               const SeamLengths& lengths) {
@@ -219,7 +219,7 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
   const Quat to_b = conjugate(b_in_a.rotation);
   float last = 3e38f;
   int last_face = -1;
-  // Starting with the face that is touched least deeply.
+  // Starting with the least deeply touched face.
   for (;;) {
     int face = -1;
     float highest = -half;
@@ -257,7 +257,7 @@ struct SeamManifold {
 template <class Neighbours>
 FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
                                     const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
-  // A body pressed in by half its thickness is pushed out by each shape alone, and so is one that no face carries.
+  // Each shape alone pushes out a body pressed in by half its thickness, and one that no face carries.
   const Vec3 centre = b_in_a.position;
   if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return {m};
   if (counts_at_seam(a, neighbours, m, centre, lengths)) return {m, true, true};

@@ -1,9 +1,9 @@
 // Edges that nearly lie in a face: a contact with several points.
 //
 // Where edges cross, the axis between them is often the best one although both nearly lie in the other shape's face:
-// for example when a box leans on another's edge by its own side. The shapes then touch along a strip, and a single
-// point where the edges cross ignores that the strip's ends are about to meet. The body turns about that point until a
-// face is the best axis, is pushed back there, and so on: it never comes to rest. So the contact uses the points over
+// for example when a box leans with its side on another's edge. The shapes then touch along a strip, and a single point
+// where the edges cross ignores that the strip's ends are about to meet. The body turns about that point until a face
+// is the best axis, is pushed back there, and so on: it never comes to rest. The contact therefore uses the points over
 // the face, along the edges' normal.
 #pragma once
 

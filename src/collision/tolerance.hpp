@@ -1,7 +1,7 @@
-// Lengths that the narrow phase ignores: in one file, so that all paths agree.
+// Lengths that the narrow phase ignores, in one file: all paths must agree.
 //
-// For everyday sizes they are fractions of the solver's linear slop (5 mm); they shrink with small shapes, so that a
-// tolerance never exceeds the pebble it is applied to.
+// For everyday sizes they are fractions of the solver's linear slop (5 mm). They shrink with small shapes: a tolerance
+// never exceeds the pebble it is applied to.
 #pragma once
 
 #include <fathom/math.hpp>

@@ -1,8 +1,8 @@
 // The device's data of bodies, by device index: one array for each item that some kernel reads without the others.
 //
 // A device index is not a World's slot: bodies that are added together are laid out along a space-filling curve, so
-// that neighbours in space are neighbours in memory, and an index is not reused before a step has dropped its last
-// owner's contacts.
+// neighbours in space are neighbours in memory, and an index is not reused before a step has dropped its last owner's
+// contacts.
 #pragma once
 
 #include <cstdint>
@@ -87,7 +87,7 @@ enum BodyFlags : std::uint32_t {
 /// Position of the body's island in the published flags; its 28 bits suffice for the maximum number of bodies.
 inline constexpr std::uint32_t island_shift = 4;
 
-/// Changes to a body since pairs were last searched; stored with its fat box, which every reader loads anyway.
+/// Changes to a body since the last search for pairs; stored with its fat box, which every reader loads anyway.
 enum Changes : std::uint32_t {
   box_change = 1,     ///< the fat box is new
   drop_contacts = 2,  ///< earlier contacts are invalid

@@ -1,8 +1,8 @@
 // The device index of each body, and the indices' former owners.
 //
 // Indices depend only on the application's calls, never on the device's progress: an index becomes free for the batch
-// of edits after the one that removed its last owner, since steps run in order and that batch's step drops the owner's
-// contacts. So the same calls give the same indices, however and whenever results are read.
+// of edits after the one that removed its last owner, because steps run in order and that batch's step drops the
+// owner's contacts. The same calls give the same indices, however and whenever results are read.
 #pragma once
 
 #include <algorithm>
@@ -55,7 +55,7 @@ class BodyIndices {
     note_loss(former_.back());
   }
 
-  /// Upper bound of all indices: in use, free or resting.
+  /// Upper bound of all indices: in use, free or not yet free.
   std::uint32_t size() const { return static_cast<std::uint32_t>(slots_.size()); }
   std::uint32_t of(std::uint32_t slot) const { return of_slot_[slot]; }
   /// The slot of the body that currently has `index`, or `none`.

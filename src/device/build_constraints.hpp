@@ -2,14 +2,14 @@
 // that sweeps read.
 //
 // Colouring is greedy and persistent, as on the CPU: a contact takes the lowest colour free on both of its bodies when
-// it begins to touch, and keeps it. Instead of one thread that goes through new contacts in order, contacts choose in
-// rounds: the contact with the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring
-// Heuristic", 1993). Priorities are a hash of the pair, so the outcome depends only on the contacts. A body's colours
-// are the bits of one word, and of a second one that is used only when the first is full. A contact that finds no free
-// colour, or gets no turn within the rounds, is in this step's overflow, which one work-item solves in order of
-// priority, and tries again in the next step: no contact is ever left out.
+// it begins to touch, and keeps it. No single thread visits new contacts in order; they choose in rounds: the contact
+// with the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring Heuristic",
+// 1993). Priorities are a hash of the pair, so the outcome depends only on the contacts. A body's colours are the bits
+// of one word, and of a second one that is used only when the first is full. A contact that finds no free colour, or
+// cannot choose within the rounds, is in this step's overflow, which one work-item solves in order of priority, and
+// tries again in the next step: no contact is ever left out.
 //
-// Joints come with a colour (device/joint_arrays.hpp), which is set in their bodies' words too. In the layout a
+// Joints come with a colour (device/joint_arrays.hpp), which is also set in their bodies' words. In the layout a
 // colour's joints follow its contacts.
 #pragma once
 
@@ -26,8 +26,8 @@
 
 namespace fathom::device {
 
-/// Unique for each pair of indices below 2²⁸: a bijection of 56-bit words, so that neighbours do not have to choose one
-/// after the other.
+/// Unique for each pair of indices below 2²⁸: a bijection of 56-bit words, so neighbours need not choose one after the
+/// other.
 FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
   constexpr std::uint64_t mask = (std::uint64_t{1} << 56) - 1;
   std::uint64_t x = std::uint64_t{a} << 28 | b;
@@ -136,7 +136,7 @@ struct ColourContacts {
     const std::uint32_t index = contacts.uncoloured[round % 2][k];
     Contact& c = contacts.contacts[index];
     if (!c.touching()) return;
-    // Later rounds have higher values, so that earlier posts need no clearing.
+    // Later rounds have higher values, so earlier posts need no clearing.
     const std::uint64_t mine = std::uint64_t{round + 1} << 56 | priority(c.a, c.b);
     if (phase % 2 == 0) {
       exec::atomic_max(bodies.best[c.b], mine);
@@ -204,7 +204,7 @@ struct ContactsToLayOut {
   Contacts<contact_manifolds> contacts;
 
   FATHOM_HD static std::uint32_t count(const Counters& c) { return c.live_contacts; }
-  /// Colour of constraint `index`, or `none` if it is not solved; solved are those that touch and have an awake body.
+  /// Colour of constraint `index`, or `none` if it is not solved: only those that touch and have an awake body are.
   FATHOM_HD std::uint32_t colour(std::uint32_t index) const {
     const Contact& c = contacts.contacts[index];
     const bool solved = c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
@@ -219,8 +219,8 @@ struct ContactsToLayOut {
     constraints.manifold[entry] = c.manifold;
     constraints.bodies[entry] = {c.a, c.b};
   }
-  /// The last freed manifolds move into the gap in their list, which exists only if a contact began; all contacts are
-  /// then counted.
+  /// Moves the last freed manifolds into the gap in their list, which exists only if a contact began; then counts all
+  /// contacts.
   FATHOM_HD void before_counting(std::uint32_t k, const Counters& c) const {
     const std::uint32_t free = c.free_manifolds, freed = c.freed_manifolds;
     const std::uint32_t gap = reused_manifolds(c);
@@ -429,8 +429,8 @@ struct LoadBodies {
     bodies.best[i] = 0;
     const BodyConstants c = bodies.constants[i];
     if (!c.is_living()) return;
-    // Each of a body's contacts has its own colour, except those in the overflow, which with cells are all awake ones:
-    // so colours share no body.
+    // Each of a body's contacts has its own colour, except those in the overflow (with cells: all awake ones), so
+    // colours share no body.
     FATHOM_VALIDATE(counters->overflow > 0 || !bodies.is_awake(i) ||
                         exec::bit_count(bodies.colours[i]) + exec::bit_count(bodies.further[i]) == bodies.touching[i],
                     i);

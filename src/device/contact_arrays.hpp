@@ -1,11 +1,11 @@
 // Contacts on the device: pairs of bodies whose fat boxes overlap, the manifolds of those that touch, and the counters
 // that kernels share.
 //
-// Slots are taken with atomics, in any order, so nothing may depend on a contact's place in these arrays: colours
+// Slots are taken with atomics, in any order, so nothing may depend on a contact's index in these arrays: colours
 // follow from the pair's priority, sweeps from colours, and lists for the application are sorted when they are read.
 //
-// Manifolds, constraints and events have a capacity of their own: a quarter of the pairs with overlapping fat boxes
-// touch, and a touching one needs some 500 bytes, ten times as much as a pair.
+// Manifolds, constraints and events have a capacity of their own: only a quarter of the pairs with overlapping fat
+// boxes touch, and a touching one needs some 500 bytes, ten times as much as a pair.
 #pragma once
 
 #include <cstdint>
@@ -69,7 +69,7 @@ struct alignas(16) Contact {
 };
 static_assert(sizeof(Contact) == 32);
 
-/// Pairs of shapes that are collided separately, so that neighbouring work-items do the same work.
+/// Pairs of shapes that are collided separately: neighbouring work-items then do the same work.
 enum ShapePair : std::uint32_t { boxes, hulls, others };  ///< two boxes; a hull and any shape; all others
 inline constexpr std::uint32_t shape_pairs = 3;
 
@@ -102,7 +102,7 @@ struct Stretch {
   std::uint32_t first, count;
 };
 
-/// Bounce sweeps that are recorded: those of the first four substeps.
+/// Bounce sweeps whose results are recorded: those of the first four substeps.
 inline constexpr std::uint32_t noted_bounce_sweeps = 4 * max_bounce_sweeps;
 
 /// Counts that live on the device from one step to the next.
@@ -312,8 +312,8 @@ struct alignas(16) ConstraintHead {
 
 /// Rows of a constraint: frame, points, impulses, inverse masses and inertias of its bodies.
 inline constexpr std::uint32_t friction_row = 5, first_point_row = 6, impulse_row = 10, mass_row = 12, row_count = 13;
-/// Constraints per tile: as many as work-items load at once, so that each row of a tile is contiguous in memory, and
-/// all rows of a constraint are at fixed distances from the first.
+/// Constraints per tile: as many as work-items load at once. Each row of a tile is contiguous in memory, and all rows
+/// of a constraint are at fixed distances from the first.
 inline constexpr std::uint32_t tile_width = 32;
 
 /// A joint: four rows that sweeps read, then those that they write.

@@ -48,11 +48,11 @@ class Detection {
   virtual void remove_body(std::uint32_t slot) = 0;
   /// Adopts boxes and starts a search for pairs. `slots`: number of slots. `set_changed`: bodies were added or removed.
   virtual void begin_search(std::span<const BoxUpdate> boxes, std::uint32_t slots, bool set_changed) = 0;
-  /// Waits for the search and returns pairs whose boxes overlap, in any order, each once: with the grid those with a
-  /// new box, with the sweep all.
+  /// Waits for the search and returns pairs whose boxes overlap, in any order, each once: with the grid only those with
+  /// a new box, with the sweep all.
   virtual std::span<const PairRecord> found_pairs() = 0;
 
-  /// Memory for so many jobs of a portion, to be filled by the caller: pairs of boxes first. Valid until its `collide`.
+  /// Memory for `count` jobs of a portion, which the caller fills: pairs of boxes first. Valid until its `collide`.
   virtual CollideJob* jobs(std::uint32_t portion, std::uint32_t count) = 0;
   /// Starts to upload, collide and copy back; the first `boxes` jobs are pairs of boxes.
   virtual void collide(std::uint32_t portion, std::uint32_t boxes, std::uint32_t count) = 0;

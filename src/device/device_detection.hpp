@@ -300,7 +300,7 @@ class DeviceDetection final : public Detection {
     if (!hulls_.is_current()) hulls_.upload(device_);
     if (constant_staging_.size() < n) constant_staging_ = exec::PinnedBuffer<ConstantsUpdate>(device_, n + n / 4);
     constant_updates_.grow(constant_staging_.size());
-    // If a slot was filled twice, the last owner counts; items of a kernel have no order.
+    // If a slot was filled twice, the last owner counts: items of a kernel have no order.
     std::stable_sort(new_bodies_.begin(), new_bodies_.end(),
                      [](const ConstantsUpdate& x, const ConstantsUpdate& y) { return x.slot < y.slot; });
     std::size_t kept = 0;

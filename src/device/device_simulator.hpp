@@ -2,8 +2,8 @@
 //
 // Steps are submitted without waiting for them. The host keeps three things: the application's changes since the last
 // submission (edits), the steps in flight with the edits before each, and a mirror of poses and velocities that is
-// fetched on demand. A step that finds a capacity too small stops the queue; the host then makes room and submits the
-// step, or the rest of it, again with all later steps.
+// fetched on demand. A step that exceeds a capacity stops the queue; the host then makes room and resubmits the step,
+// or what remains of it, and all later steps.
 #pragma once
 
 #include <algorithm>
@@ -103,7 +103,7 @@ class DeviceSimulator final : public Simulator {
   /// A step in flight, and the edits before it.
   struct PendingStep {
     std::uint64_t number = 0;
-    // At the time the step was requested; it may be resubmitted after the application has added more.
+    // When the step was requested; it may be resubmitted after the application has added more.
     std::uint32_t indices = 0;
     std::size_t slots = 0;
     std::vector<Edit> edits;
@@ -186,7 +186,7 @@ class DeviceSimulator final : public Simulator {
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
   StepBuffers& buffers_of(std::uint64_t step) const { return *step_buffers_[step % max_pending_]; }
 
-  /// Whether every step's results go to the host, not only those that are requested.
+  /// Whether every step's results go to the host, not only requested ones.
   bool copies_results() const { return def.ahead > 0 && def.copy_results; }
 
   /// If steps run ahead of reading, each one's events must be kept.
@@ -201,7 +201,7 @@ class DeviceSimulator final : public Simulator {
   void record();
   void forget_graphs();
   void order_in_space();
-  /// `after`: if the step has stopped, the reason why; then only its remainder is submitted.
+  /// `after`: if the step has stopped, the reason; then only what remains of it is submitted.
   void submit(PendingStep& pending, bool with_edits, Stop after = no_stop);
   void reserve_results(const PendingStep& pending);
   void submit_results(const PendingStep& pending);
@@ -306,7 +306,7 @@ class DeviceSimulator final : public Simulator {
   std::vector<std::unique_ptr<StepBuffers>> step_buffers_;
   std::vector<std::unique_ptr<Event>> ends_;
   float grid_base_ = 0;
-  std::uint32_t wanted_slots_ = first_slots;  ///< overlaps per body for which the sweep has room
+  std::uint32_t wanted_slots_ = first_slots;  ///< overlaps per body that the sweep has room for
   bool set_changed_ = true;                   ///< bodies were added or removed since the last submission
 
   std::size_t wanted_bodies_ = 0;

@@ -104,7 +104,7 @@ void DeviceSimulator<D>::step() {
     retire_oldest();
 }
 
-/// Grows buffers for whatever was added; growing waits for the steps in flight. Graphs contain addresses, so they are
+/// Grows buffers for whatever was added, after waiting for the steps in flight. Graphs contain addresses, so they are
 /// dropped before a buffer is replaced: if memory runs out halfway, the next call continues from there.
 template <exec::Device D>
 void DeviceSimulator<D>::make_room() {
@@ -353,7 +353,7 @@ void DeviceSimulator<D>::upload_edits(const PendingStep& pending) {
                                pending.edits.size() - pending.uploaded);
   if (!pending.data.empty())
     device_.copy_to_device_aside(buffers.data.data(), buffers.staged_data.data(), pending.data.size());
-  // Visiting every body pays off if many are edited.
+  // Visiting every body is worthwhile if many are edited.
   const bool follows = 8 * pending.edits.size() > pending.indices;
   const ApplyEdits apply{body_memory_.arrays(),
                          grid_memory_.grid(grid_base_),
@@ -366,7 +366,7 @@ void DeviceSimulator<D>::upload_edits(const PendingStep& pending) {
   if (follows) device_.parallel_for(pending.indices, FollowEdits{apply});
 }
 
-/// Applied before the step's edits, and like them not while the simulator is stopped.
+/// Applied before the step's edits and, like them, not while the simulator is stopped.
 template <exec::Device D>
 void DeviceSimulator<D>::change_gravity(const PendingStep& pending) {
   const GravityChange& change = pending.gravity;

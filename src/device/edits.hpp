@@ -72,12 +72,12 @@ FATHOM_HD Velocity pushed(const Velocity& v, const BodyConstants& c, const BodyT
   return {mul_add(v.linear, c.inverse_mass, impulse.linear), 0, v.angular + turn, 0};
 }
 
-/// Applies each body's edits, one after the other. Nothing happens while the simulator is stopped: the batch is
-/// submitted again.
+/// Applies each body's edits, one after the other. Does nothing while the simulator is stopped: the batch is submitted
+/// again.
 ///
 /// Edits are in the order of the application's calls, bodies along a curve, so edits read body data from scattered
 /// addresses. If `follows`, a body with a single edit that changes its velocity is only marked, and FollowEdits does
-/// the rest in the order of bodies.
+/// the remaining work in the order of bodies.
 struct ApplyEdits {
   static constexpr std::uint32_t group_size = 64;
 
@@ -95,7 +95,7 @@ struct ApplyEdits {
     for (std::uint32_t e = k; e != none; e = edits[e].next) apply(edits[e]);
   }
 
-  /// The part of an edit that is better done in the order of bodies.
+  /// The part of an edit that runs faster in the order of bodies.
   FATHOM_HD void follow(std::uint32_t i) const {
     if (counters->stopped || i >= counters->bodies || !(bodies.flags[i] & edited_flag)) return;
     bodies.flags[i] &= ~static_cast<std::uint32_t>(edited_flag);
@@ -104,7 +104,7 @@ struct ApplyEdits {
   }
 
  private:
-  /// The velocity of body i is new: a kinematic body drops its target, and wakes what rests on it if it moves.
+  /// The velocity of body i is new: a kinematic body drops its target and, if it moves, wakes what rests on it.
   FATHOM_HD std::uint32_t set_moving(std::uint32_t i) const {
     if (bodies.constants[i].motion() != MotionType::kinematic) return 0;
     bodies.flags[i] &= ~static_cast<std::uint32_t>(forced_flag);

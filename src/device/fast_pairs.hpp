@@ -75,10 +75,10 @@ struct LookAheadPairs {
   }
 };
 
-/// A body that ended inside or behind a non-dynamic body goes as far as its way was free, and on in the next step. Then
-/// `from_free` lets the lighter of two dynamic bodies end beside the end pose of the heavier one. A body that was held
-/// back, or that strayed, may have reached a body with which it is no fast pair: its whole way is searched for
-/// non-dynamic bodies. Item k is a body of `Bodies::fast`.
+/// A body that ended inside or behind a non-dynamic body goes as far as its way was free, and continues in the next
+/// step. Then `from_free` lets the lighter of two dynamic bodies end beside the end pose of the heavier one. A body
+/// that was held back, or that strayed, may have reached a body with which it forms no fast pair: its whole way is
+/// searched for non-dynamic bodies. Item k is a body of `Bodies::fast`.
 template <bool with_hulls>
 struct HoldBackFast {
   static constexpr std::uint32_t group_size = 64;
@@ -115,8 +115,8 @@ struct HoldBackFast {
     return (move.bodies.flags[i] & (awake_flag | isolated_flag)) == awake_flag;
   }
 
-  /// Obstacles that a body is held back from, round by round. Holding it back from one may move it into another, so its
-  /// way is searched several times.
+  /// Obstacles that hold a body back, round by round. Held back by one, it may end in another, so its way is searched
+  /// several times.
   enum Round : int { free_pairs, fixed_pairs, first_search, last_search = first_search + 3, beside_carrier };
 
   /// Returns whether it changed the body's end pose.
@@ -153,7 +153,7 @@ struct HoldBackFast {
     }
   }
 
-  /// A body that another may have to be held back from.
+  /// A body that may hold another back.
   struct Obstacle {
     std::uint32_t body = none;
     std::uint32_t contact = none;  ///< of the fast pair, if there is one
@@ -168,7 +168,7 @@ struct HoldBackFast {
     sync();
     if (leads()) {
       bodies.velocities[i] = v;
-      // A body put back in many steps would accumulate the rounding of all their products.
+      // A body that is put back in many steps would accumulate the rounding of all their products.
       bodies.poses[i] = {end.position, was.reserved, normalize(end.rotation)};
     }
     sync();
@@ -198,13 +198,13 @@ struct HoldBackFast {
     return grown(Aabb{min(begin, end), max(begin, end)}, r);
   }
 
-  /// Which of two dynamic bodies is held back from the other.
+  /// Which of two dynamic bodies the other holds back.
   FATHOM_HD std::uint32_t held_of(const Contact& c) const {
     const bool is_a_lighter = move.bodies.constants[c.a].inverse_mass > move.bodies.constants[c.b].inverse_mass;
     return !can_be_held(c.b) || (can_be_held(c.a) && is_a_lighter) ? c.a : c.b;
   }
 
-  /// The body with the lowest index above `last` (`none`: any) from which body i is held back in a fast pair.
+  /// The body with the lowest index above `last` (`none`: any) that holds body i back in a fast pair.
   FATHOM_HD Obstacle next_of_pairs(std::uint32_t i, std::uint32_t last, bool is_free) const {
     Obstacle next;
     for (std::uint32_t pair = move.bodies.fast_pair[i]; pair != none;) {
@@ -249,7 +249,7 @@ struct HoldBackFast {
     const float rounding = 4 * Grid::rounding(box);
     for (std::uint32_t level = 0; level < grid_levels; ++level) {
       if (!(move.counters->levels >> level & 1u)) continue;
-      // Contains the middles of all boxes of this level that overlap this one.
+      // Contains the centres of all boxes of this level that overlap this one.
       const Aabb middles = grown(box, 0.5f * grid.edge(level) + rounding);
       const Cell first = grid.cell_of(middles.lower, level), end = grid.cell_of(middles.upper, level);
       const auto width = [](std::int32_t from, std::int32_t to) { return static_cast<float>(to - from) + 1; };
@@ -265,7 +265,7 @@ struct HoldBackFast {
     }
   }
 
-  /// Whether body b is held back from the obstacle, and its end pose and velocity then.
+  /// Whether the obstacle holds body b back, and its end pose and velocity then.
   FATHOM_HD bool is_held(const Obstacle& o, std::uint32_t b, Pose& end, Velocity& then) const {
     const auto& bodies = move.bodies;
     const std::uint32_t a = o.body;

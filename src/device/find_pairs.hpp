@@ -1,8 +1,7 @@
 // find_pairs: finds pairs whose fat boxes have begun to overlap.
 //
-// Contacts exist exactly for the pairs whose fat boxes overlapped when pairs were last searched. So a pair is new if
-// its boxes overlap now and its boxes of that search did not: no table of pairs is needed. Only bodies with new boxes
-// search.
+// Contacts exist exactly for the pairs whose fat boxes overlapped in the last search. So a pair is new if its boxes
+// overlap now and its boxes of that search did not: no table of pairs is needed. Only bodies with new boxes search.
 #pragma once
 
 #include "device/contact_arrays.hpp"
@@ -28,7 +27,7 @@ struct BeginStep {
     c.grid_bodies = fills ? c.bodies : 0;
     c.search_groups = (c.grid_bodies + search_group_bodies - 1) / search_group_bodies;
     c.grid_cells = fills ? grid_entries / 4 : 0;
-    // The room needed by the stopped step is still to be reported.
+    // The host still has to learn what room the stopped step needs.
     if (run) c.found = 0;
     c.added = c.coarse_groups = 0;
     // Obstacles of strays are searched in the grid of the last search (`HoldBackFast`).
@@ -88,7 +87,7 @@ struct FillGrid {
 };
 
 /// Bodies with new boxes search their own and all coarser levels. With `coarse`, bodies without new boxes search for
-/// coarser bodies with new boxes, since those do not search finer levels.
+/// coarser bodies with new boxes, because those do not search finer levels.
 ///
 /// A work-group lists those of its bodies that search, then distributes their cells over its items.
 template <bool coarse>
@@ -140,7 +139,7 @@ struct SearchGrid {
     const float rounding = 2 * Grid::rounding(fat.box());
     for (std::uint32_t level = coarse ? fat.level + 1 : fat.level; level < grid_levels; ++level) {
       if (!(levels >> level & 1u)) continue;
-      // The middle of a box that overlaps this one lies at most this far outside it.
+      // The centre of a box that overlaps this one lies at most this far outside it.
       const float reach = 0.5f * grid.edge(level) + rounding;
       const Vec3 d = half + Vec3{reach, reach, reach};
       const Cell first = grid.cell_of(middle - d, level), last = grid.cell_of(middle + d, level);

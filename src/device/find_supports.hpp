@@ -2,8 +2,8 @@
 // ground, and the factors of their supports' rows.
 //
 // Only if some contact was overloaded in the previous step; otherwise the kernel has no phases. Nothing depends on the
-// order in which items run: lists may be in any order, sums use integers, and each body goes through its contacts in
-// the order of their colours.
+// order in which items run: lists may be in any order, sums use integers, and each body visits its contacts in the
+// order of their colours.
 #pragma once
 
 #include "device/support_factors.hpp"
@@ -113,8 +113,8 @@ struct FindSupports {
     std::uint32_t number = 0;  ///< the level or round
   };
 
-  /// The work of a phase. The number of levels and rounds becomes known on the way; counters that items of the current
-  /// phase write give the same answer before and after.
+  /// The work of a phase. The number of levels and rounds becomes known only during the kernel; counters that items of
+  /// the current phase write give the same answer before and after.
   FATHOM_HD Turn turn_of(std::uint32_t phase) const {
     if (phase < first_phases) return {static_cast<What>(phase)};
     std::uint32_t k = phase - first_phases;
@@ -134,8 +134,8 @@ struct FindSupports {
   }
   FATHOM_HD SupportFactors factors() const { return {bodies, constraints, counters, h}; }
 
-  /// Whether levels are determined again. Otherwise bodies keep theirs, so that a standing structure is held in the
-  /// same way.
+  /// Whether levels are determined again. Otherwise bodies keep theirs, and a standing structure is held in the same
+  /// way.
   FATHOM_HD bool is_anew() const {
     const Counters& c = *counters;
     return c.any_began || c.any_ended || c.step % levels_last == 0 || c.unlevelled_step == c.step ||
@@ -215,8 +215,8 @@ struct FindSupports {
     if (is_anew()) exec::atomic_store(bodies.support[c.b].level, 1u);
   }
 
-  /// Whether a body on A's moving surface may go with it: only if its own surface does not move, and the surface moves
-  /// along the contact plane.
+  /// Whether A's moving surface may carry a body: only if the body's own surface does not move, and A's moves along the
+  /// contact plane.
   FATHOM_HD bool may_be_base(std::uint32_t k, const Contact& c) const {
     if (!c.fixed_a() || bodies.constants[c.b].has_moving_surface()) return false;
     const Quad* const rows = rows_of(constraints, k);
@@ -279,7 +279,7 @@ struct FindSupports {
     exec::atomic_add(structure.mass, static_cast<std::uint64_t>(unit * min(mass, 1.0f)));
     exec::atomic_add(structure.energy, static_cast<std::uint64_t>(unit * (share >= 0 ? share : 256.0f)));
   }
-  /// If one of two bodies that press on each other has this level, the other gets the next, unless it has one.
+  /// If one of two bodies that press on each other has this level, gives the other the next, unless it has one.
   FATHOM_HD void lift(std::uint32_t k, std::uint32_t level) const {
     const PairRecord pair = constraints.bodies[k];
     const std::uint32_t level_a = exec::atomic_load(bodies.support[pair.a].level);

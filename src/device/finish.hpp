@@ -61,7 +61,7 @@ struct MoveBodies {
       move_free(i, c, flags, pose, v, residual);
     }
     std::uint32_t new_flags = flags;
-    // Islands must see bodies that move before these stop.
+    // Islands must still see that bodies move before these stop.
     if (c.is_dynamic() || !p.sleeping) new_flags &= ~forced_flag;
     if (forced && !c.is_dynamic() && !p.sleeping) v = {};
     if (!is_finite(pose) || !is_finite(v.linear) || !is_finite(v.angular)) {
@@ -79,7 +79,7 @@ struct MoveBodies {
     if (!(slower == v.linear)) residual = {};
     v.linear = slower;
     v.angular = limited(v.angular, p.limits.angular);
-    // −0 becomes +0, so that equal states have equal bits.
+    // −0 becomes +0: equal states then have equal bits.
     v.linear += Vec3{};
     v.angular += Vec3{};
     pose.position += Vec3{};
@@ -145,8 +145,8 @@ struct MoveBodies {
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 
-  /// Whether a body with contacts has flown freely, without touching; the solver rounded its velocity `after` in every
-  /// substep. If so, `v` becomes the velocity of a free flight without that rounding.
+  /// Whether a body with contacts moved freely, without touching; the solver rounded its velocity `after` in every
+  /// substep. If so, `v` becomes the velocity of free movement without that rounding.
   FATHOM_HD bool fly_on(std::uint32_t i, Vec3 after, Vec3& v, Vec3& residual) const {
     const BodyMotion motion = bodies.motion[i];
     if (motion.linear_damping != 1.0f) return false;
@@ -188,7 +188,7 @@ struct MoveBodies {
     v.linear = f.linear, v.angular = f.angular;
     residual = f.residual;
     if (!c.is_isotropic()) f.turned = {};
-    // Angular velocity changes in torque-free rotation too; that part is not due to a torque.
+    // Angular velocity changes in torque-free rotation too; no torque causes that part.
     if (forced)
       complete_forced(f.moved, f.turned, bodies.forces[i], all, start.linear, f.linear, start.angular, f.angular, true,
                       p.dt, static_cast<float>(p.substeps));
@@ -203,7 +203,7 @@ struct MoveBodies {
 
   /// Lists a body that has left its initial line of motion by a good part of its thickness, and by more than the
   /// distance within which pairs are searched beside that line. A joint may pull its bodies through others in contact,
-  /// so for jointed bodies that distance is zero.
+  /// so that distance is zero for jointed bodies.
   FATHOM_HD void note_stray(std::uint32_t i, const BodyConstants& c, const Pose& begin, const Pose& end) const {
     const Vec3 aside = aside_of(end.position - begin.position, p.dt * bodies.velocities[i].linear);
     const bool is_jointed = p.jointed && bodies.joint_colours[i] != 0;
@@ -261,7 +261,7 @@ struct EndStep {
   }
 };
 
-/// Copies a step's events to the host, as many as there is room for.
+/// Copies a step's events to the host, up to the room there.
 struct CopyEvents {
   Contacts<> contacts;
   std::uint32_t step;

@@ -1,11 +1,11 @@
 // A hashed uniform grid of several levels, for the broad phase.
 //
-// A body lies in the one cell that contains the middle of its fat box, on the finest level whose cells are at least as
-// large as the box; so boxes can overlap only if their middles lie at most one cell apart on the coarser one's level.
-// Levels double in size. Boxes beyond the last level are "big" and tested one by one: there are few. A cell is a list
-// that bodies enter by exchanging its head. Its order depends on timing, the pairs found do not.
+// A body lies in the one cell that contains the centre of its fat box, on the finest level whose cells are at least as
+// large as the box. Boxes can therefore overlap only if their centres lie at most one cell apart on the coarser one's
+// level. Levels double in size. Boxes beyond the last level are "big" and tested one by one: there are few. A cell is a
+// list that bodies enter by exchanging its head. Its order depends on timing, the pairs found do not.
 //
-// Advantage over a Morton-sorted hierarchy: no sort (53 µs for 10,000 keys, docs/execution.md), two short kernels.
+// Advantage over a Morton-sorted hierarchy: no sort (53 µs for 10,000 keys, docs/execution.md), only two short kernels.
 #pragma once
 
 #include <cstdint>
@@ -47,7 +47,7 @@ struct GridOf {
 
   FATHOM_HD float edge(std::uint32_t level) const { return base * static_cast<float>(1u << level); }
 
-  /// Allows for the rounding of middles: those of overlapping boxes must never appear two cells apart.
+  /// Allows for the rounding of centres: those of overlapping boxes must never appear two cells apart.
   FATHOM_HD std::uint32_t level_of(const Aabb& box) const {
     const float extent = 1.01f * max_component(box.upper - box.lower) + 4 * rounding(box);
     std::uint32_t level = 0;
@@ -55,12 +55,12 @@ struct GridOf {
     return level;
   }
 
-  /// Bound on the rounding error of a middle (m).
+  /// Bound on the rounding error of a centre (m).
   FATHOM_HD static float rounding(const Aabb& box) {
     return 1e-6f * max_component(max(abs(box.lower), abs(box.upper)));
   }
 
-  /// Far outside the cells are arbitrary; it only matters that every target rounds alike.
+  /// Far outside, cells are arbitrary; it only matters that every target rounds alike.
   FATHOM_HD static std::int32_t coordinate(float x, float inverse_edge) {
     return static_cast<std::int32_t>(__builtin_floorf(clamp(x * inverse_edge, -1e9f, 1e9f)));
   }

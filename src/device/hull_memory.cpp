@@ -6,7 +6,7 @@ namespace fathom::device {
 
 namespace {
 
-/// Allocated memory as a multiple of that in use, so that hulls are rarely compacted.
+/// Allocated memory as a multiple of that in use, so hulls are rarely compacted.
 constexpr std::size_t spare_room = 4;
 constexpr std::size_t min_records = 64;
 
@@ -68,7 +68,7 @@ bool HullMemory::fits(const Extent& more) const {
          face_edges_.size + more.face_edges <= face_edges_.room();
 }
 
-// If half of the memory is in use, compaction would soon be needed again.
+// If half of the memory is in use, it would soon need compaction again.
 bool HullMemory::must_grow() const {
   if (must_pack_) return true;
   if (fits(total(new_))) return false;

@@ -1,7 +1,7 @@
 // Hulls of the bodies' shapes, in device memory.
 //
-// A hull keeps its index while some body uses it. Its vertices, edges and faces are appended to the arrays; if no room
-// is left there, those still in use are compacted. So a stream of bodies, each with its own hull, takes only as much
+// A hull keeps its index while some body uses it. Its vertices, edges and faces are appended to the arrays; if these
+// are full, the hulls still in use are compacted. A stream of bodies, each with its own hull, thus takes only as much
 // memory as the bodies that live at one time, and uploads each hull once.
 #pragma once
 

@@ -15,7 +15,7 @@ namespace fathom::device {
 /// Marks an entry as a joint's slot in the constraints' list of contacts.
 inline constexpr std::uint32_t joint_tag = 0x80000000u;
 
-/// Kinds of joints a world has had. Solvers are compiled for each, so that none uses registers for absent joints.
+/// Kinds of joints a world has had. Solvers are compiled for each: none uses registers for absent joints.
 enum class JointKinds : std::uint8_t { absent, balls, all };
 
 /// A joint by its World slot. The host writes everything except the impulses. For a generic or distance joint only the

@@ -39,7 +39,7 @@ class ApartPairs {
     std::uint32_t gap = find(pair);
     if (--times_[gap] > 0) return;
     --count_;
-    // Later entries move towards their home slots, so that no search ends too early.
+    // Later entries move towards their home slots, so no search ends too early.
     for (std::uint32_t k = next(gap); pairs_[k] != ApartTable::no_pair; k = next(k)) {
       const std::uint32_t way = (k - ApartTable::home(pairs_[k], mask())) & mask();
       if (way < ((k - gap) & mask())) continue;
@@ -116,7 +116,7 @@ class JointMirror {
   }
   /// Two bodies, by device index, stop colliding (`apart`), or collide again.
   void note_pair(std::uint32_t a, std::uint32_t b, bool apart) { pair_notes_.push_back({a, b, apart}); }
-  /// Bodies get other indices, before the device knows any.
+  /// Bodies get new indices, before the device knows any.
   void reorder(std::span<const std::uint32_t> new_of) {
     for (PairNote& note : pair_notes_) note.a = new_of[note.a], note.b = new_of[note.b];
   }
@@ -217,7 +217,7 @@ class JointMirror {
     std::uint32_t a = none, b = none;  // device indices
     std::uint32_t colour = 0;
     std::uint32_t fixed_a = 0;
-    std::uint32_t apart = 0;  // 1: it keeps them apart
+    std::uint32_t apart = 0;  // 1: it keeps its bodies apart
     std::uint32_t generation = unknown;
   };
 

@@ -2,7 +2,7 @@
 //     begin_without_impulses();  warm_start(bodies);  solve<pass>(bodies, h, ends_substep);
 //     forget();  store(rows, ends_substep);
 // `solve` returns a sum that is finite only if all results are; otherwise `forget` is called. `by_inertia`: bodies with
-// a single inverse inertia have separate code, which pays off for short rows.
+// a single inverse inertia have separate code, which is worthwhile for short rows.
 #pragma once
 
 #include "device/constraint_rows.hpp"

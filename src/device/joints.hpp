@@ -14,8 +14,8 @@ FATHOM_HD void for_each_pushed(const JointRecord& joint, const Act& act) {
   if (!joint.fixed_a) act(joint.a);
 }
 
-/// The first of two passes over a batch of edits, after ApplyEdits: removed joints release their colours. Nothing
-/// happens while the simulator is stopped: the batch is submitted again.
+/// The first of two passes over a batch of edits, after ApplyEdits: removed joints release their colours. Does nothing
+/// while the simulator is stopped: the batch is submitted again.
 struct ForgetJoints {
   Bodies<body_colours> bodies;
   Joints<> joints;
@@ -91,8 +91,8 @@ struct EditApartTable {
   }
 };
 
-/// Wakes a sleeping body with what it is joined to: if only one of the bodies is awake, or if one that cannot be pushed
-/// was moved.
+/// Wakes a sleeping body together with what it is joined to, if only one of the bodies is awake, or if one that cannot
+/// be pushed was moved.
 struct WakeJoined {
   Bodies<body_islands> bodies;
   Joints<> joints;

@@ -86,8 +86,8 @@ FATHOM_HD MechanismSolver<LinkedBodies<BodySet, JointSet>> direct_solver(const B
   return {{&bodies, &joints, &m, push_out, limits}, m.links, m.levels, m.closures};
 }
 
-/// Replaces the mechanisms by those the host has found. Nothing happens while the simulator is stopped: they are
-/// submitted again.
+/// Replaces the mechanisms by those the host has found. Does nothing while the simulator is stopped: they are submitted
+/// again.
 struct TakeMechanisms {
   MechanismArrays to;
   MechanismTables from;

@@ -8,7 +8,7 @@
 
 namespace fathom::device {
 
-/// Marks the bodies of overloaded contacts for the next step. Supports are searched if one has been overloaded in two
+/// Marks the bodies of overloaded contacts for the next step. Supports are searched if a contact is overloaded in two
 /// consecutive steps: a hit is over by then.
 struct MarkOverload {
   Bodies<body_supports> bodies;
@@ -60,7 +60,7 @@ struct MarkOverload {
   FATHOM_HD float thinner_half(const ConstraintHead& head) const {
     return head.bits & pushes_fixed_bit ? thickness(head.b) : min(thickness(head.a), thickness(head.b));
   }
-  /// Whether the bodies move against each other at more than `limit` (m/s).
+  /// Whether the bodies' relative speed exceeds `limit` (m/s).
   FATHOM_HD bool is_moving(std::uint32_t k, const ConstraintHead& head, float limit) const {
     Vec3 speed = bodies.solver[head.b].linear.xyz() - bodies.solver[head.a].linear.xyz();
     if (head.has(row_extra)) speed += constraints.extras[k].surface_slide;

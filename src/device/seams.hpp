@@ -1,6 +1,6 @@
-// Seams between static bodies (collision/seam.hpp). The neighbours of a static body where another body touches it are
-// among that body's contacts, so the contacts of each dynamic body with static bodies are chained. Results do not
-// depend on the order of a chain.
+// Seams between static bodies (collision/seam.hpp). Where a body touches a static one, the neighbours of the static
+// body are among the first body's contacts, so the contacts of each dynamic body with static bodies are chained.
+// Results do not depend on the order of a chain.
 #pragma once
 
 #include "collision/seam.hpp"
@@ -60,7 +60,7 @@ struct Seams {
     return make_seam_lengths(half_thickness(of_b), of_a.radius, of_b.radius, b_in_a, bodies.poses[a]);
   }
 
-  /// The part that counts of the manifold `m` of a static body and another one.
+  /// The part of the manifold `m` of a static body and another one that counts.
   FATHOM_HD SeamManifold kept(std::uint32_t a, std::uint32_t b, const Pose& b_in_a, float margin,
                               const Manifold& m) const {
     const Geometry of_a = bodies.geometry(a), of_b = bodies.geometry(b);

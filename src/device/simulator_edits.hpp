@@ -1,4 +1,4 @@
-// The application's changes between steps, kept by the device simulator until the next step is submitted.
+// The application's changes between steps, kept by the device simulator until it submits the next step.
 #pragma once
 
 #include "device/device_simulator.hpp"
@@ -26,8 +26,8 @@ void DeviceSimulator<D>::add_edit(Edit edit) {
   if (edits_.size() >= uploaded_ + edits_at_once) upload_ahead();
 }
 
-/// Uploads waiting edits if the next step's buffers are free and have room: the changes of a million bodies take a
-/// while to make and to copy.
+/// Uploads waiting edits if the next step's buffers are free and have room: the changes of a million bodies take time
+/// to make and to copy.
 template <exec::Device D>
 void DeviceSimulator<D>::upload_ahead() {
   if (!uploads_ahead_ || submitted_ == 0 || pending_steps_.size() >= max_pending_) return;

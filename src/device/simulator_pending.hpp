@@ -1,4 +1,4 @@
-// Steps in flight: how the device simulator detects their end, repairs those that found no room, and reports them.
+// Steps in flight: how the device simulator detects their end, repairs those that ran out of room, and reports them.
 #pragma once
 
 #include <algorithm>
@@ -61,8 +61,8 @@ void DeviceSimulator<D>::retire_all() const {
   while (!pending_steps_.empty()) self().retire_oldest();
 }
 
-/// Makes room for a step that found too little; bodies that failed are already isolated. Then submits the step, or its
-/// remainder, and all later steps again. The first one's edits have already been applied, those of the others have been
+/// Makes room for a step that ran out of it; failed bodies are already isolated. Then resubmits the step, or what
+/// remains of it, and all later steps. The first one's edits have already been applied, those of the others were
 /// skipped.
 template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
@@ -81,12 +81,12 @@ template <exec::Device D>
 void DeviceSimulator<D>::make_room_for(const Report& report) {
   forget_graphs();
   const bool resumes = report.stopped == no_room_for_manifolds;
-  // With a quarter more it would be 80 % full at once.
+  // With only a quarter more it would be 80 % full at once.
   const auto room_for = [](std::size_t needed) { return needed + 13 * needed / 50; };
   contact_memory_.reserve(resumes ? 0 : room_for(std::size_t{report.contacts} + report.found),
                           resumes ? room_for(report.manifolds) : 0, joint_memory_.capacity(), event_lists(),
                           may_bounce_, any_extras_);
-  // In multiples of eight, so that they do not grow with every single overlap.
+  // In multiples of eight, or they would grow with every single overlap.
   const std::uint32_t overlaps = published_memory_.reports[pending_steps_.front().number % max_pending_].max_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
   published_memory_.reserve(published_settings(), published_room());

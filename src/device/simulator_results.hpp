@@ -63,7 +63,7 @@ void DeviceSimulator<D>::fetch_events() const {
 }
 
 // Lists are in any order; the application gets them sorted by index. Lists copied with their step are already on the
-// host, unless they exceed the memory there.
+// host, unless they exceed the room there.
 template <exec::Device D>
 void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& report) {
   const std::uint32_t most = std::max({report.begun, report.ended, report.hits});

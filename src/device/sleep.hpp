@@ -9,7 +9,7 @@
 
 namespace fathom::device {
 
-/// Meaning of a body's `best` while islands fall asleep, when colouring no longer needs it.
+/// Meaning of a body's `best` while islands fall asleep, when colouring no longer needs that word.
 enum Rest : std::uint64_t {
   is_carried = 1,    ///< a contact or a joint acts on it
   is_supported = 2,  ///< one of them is with something that cannot be pushed; for an island: on some body
@@ -39,7 +39,7 @@ struct IslandLink {
       if (bodies.slow_time[i] >= time && acts()) exec::atomic_or(bodies.best[i], rest);
     };
     if (fixed_a) {
-      // A body pushed by something moving stays awake.
+      // A body stays awake while something moving pushes it.
       const Velocity& v = bodies.velocities[a];
       if (fathom::is_moving(v)) bodies.slow_time[b] = 0;
       note_rest(b, is_carried | is_supported);
@@ -65,7 +65,7 @@ struct JoinIslands {
   }
 
  private:
-  /// A body that goes with a moving surface stays awake, however slow it is; so does one that drives on it.
+  /// A body that a moving surface carries stays awake, however slow it is; so does one that drives on it.
   FATHOM_HD void look_at_surface(const Contact& c) const {
     const auto& bodies = link.bodies;
     const Vec3 velocity = bodies.velocities[c.b].linear - bodies.velocities[c.a].linear;

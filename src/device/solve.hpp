@@ -27,21 +27,21 @@ using SolvedConstraints = Constraints<constraint_rows, constraint_supports>;
 ///     integrate velocities, warm start, then for each substep
 ///       sweeps, integrate positions, sweeps without bias, integrate velocities of the next substep.
 ///
-/// If something may bounce, velocities are integrated after bounce sweeps, and the carried impulses, which must not
-/// include these, are saved before.
+/// If something may bounce, velocities are integrated after bounce sweeps, and the carried impulses are saved before
+/// these, which they must not include.
 ///
-/// A constraint always belongs to one work-item, which may therefore load its rows and impulses while it waits for the
+/// A constraint always belongs to one work-item, which can therefore load its rows and impulses while it waits for the
 /// previous phase; only bodies are read after the barrier.
 ///
 /// Most steps need no barrier at all on devices that can do without (`Plan::by_data`). A body's quads count how often
-/// they were written, and a constraint knows the count required at its turn: one for each integration before, one for
-/// each sweep and contact of the body, and one for each of its contacts with an earlier colour. So it waits only for
-/// its two bodies; a chain of phases costs one store and one load per phase. This does not work if the overflow is
-/// solved in its own order, if colours do not fit into one word, if bounce sweeps skip contacts, or if contacts read
-/// bodies whose motion has no write counts.
+/// they were written, and a constraint knows the count that it requires: one for each integration before, one for each
+/// sweep and contact of the body, and one for each of its contacts with an earlier colour. So it waits only for its two
+/// bodies; a chain of phases costs one store and one load per phase. This does not work if the overflow is solved in
+/// its own order, if colours do not fit into one word, if bounce sweeps skip contacts, or if contacts read bodies whose
+/// motion has no write counts.
 ///
-/// Worlds without joints have a separate kernel without the registers that joints need, and so have those with only
-/// ball joints.
+/// Worlds without joints, and those with only ball joints, have separate kernels without the registers that other
+/// joints need.
 template <JointKinds kinds>
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
@@ -90,8 +90,8 @@ struct SolveConstraints {
   struct BodyCounts {
     std::uint32_t touching, colours;
   };
-  /// A constraint's rows, or the data to integrate a body. No member has a default value, which would be set before
-  /// each load.
+  /// A constraint's rows, or the data to integrate a body. No member has a default value: it would be set before each
+  /// load.
   struct Fetched {
     union {
       ConstraintHead head;  // of a sweep
@@ -124,7 +124,7 @@ struct SolveConstraints {
     const std::uint32_t any = plan.overflow | plan.bounces | further | direct;
     plan.by_data = exec::can_wait_for_data && !(any | plan.any_kinematic);
   }
-  /// In memory-bound kernels polling for data costs more time.
+  /// In memory-bound kernels, polling for data takes longer.
   FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }
   FATHOM_HD bool needs_barriers(const Plan& plan) const { return !plan.by_data; }
 
@@ -163,8 +163,8 @@ struct SolveConstraints {
   }
   FATHOM_HD bool is_serial(const Plan&, Cursor cursor) const { return cursor.serial; }
 
-  // All loads are issued at once, whether the contact has that many points or not, so that none waits for another. Rows
-  // that a sweep does not need are loaded from another row, which costs less than a branch.
+  // Issues all loads at once, whether the contact has that many points or not, so none waits for another. Rows that a
+  // sweep does not need are loaded from another row, which costs less than a branch.
   FATHOM_HD_INLINED void fetch(const Plan&, Cursor cursor, std::uint32_t i, Fetched& f) const {
     if (!is_sweep(cursor)) return fetch_body(cursor, i, f);
     if (cursor.what == bounce && is_calm(cursor)) {
@@ -210,7 +210,7 @@ struct SolveConstraints {
     cursor.stretch = is_sweep(cursor) ? plan.schedule[0] : Stretch{0, plan.bodies};
     cursor.serial = is_sweep(cursor) && plan.overflow > 0;
   }
-  /// Goes on after all bodies, or all colours.
+  /// Continues after all bodies, or all colours.
   FATHOM_HD void begin_round(const Plan& plan, Cursor& cursor) const {
     if (cursor.what == carry) {
       cursor.what = bounce;
@@ -248,8 +248,8 @@ struct SolveConstraints {
   FATHOM_HD static std::uint32_t bounce_index(Cursor cursor) {
     return cursor.substep * max_bounce_sweeps + cursor.bounce_sweeps;
   }
-  /// Whether nothing bounced in an earlier bounce sweep: then nothing will. The result of the last one is known to all
-  /// only after the barrier at its end, and loads for the first colour precede that.
+  /// Whether nothing bounced in an earlier bounce sweep: then nothing will. Only the barrier at the end of a sweep
+  /// makes its result known to all, and loads for the first colour precede that.
   FATHOM_HD bool is_calm(Cursor cursor) const {
     const std::uint32_t before = cursor.colour > 0 ? 1 : 2, index = bounce_index(cursor);
     return cursor.bounce_sweeps >= before && index < noted_bounce_sweeps &&
@@ -416,7 +416,7 @@ struct SolveConstraints {
     return side;
   }
 
-  /// A separate function, since it would cost the others registers.
+  /// A separate function: inlined, it would cost the others registers.
   FATHOM_HD void sweep_generic(Cursor cursor, std::uint32_t k, const Fetched& f) const {
     const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
     const GenericJoint& joint = generic_joints[slot];
@@ -602,9 +602,9 @@ struct SolveConstraints {
     store_velocity(i, linear, angular, due + 1);
   }
 
-  /// A body whose state is not finite stays at its pose at the start of the step, as a fixed obstacle, and the step
-  /// stops, to be solved again from there. No contact carries NaN or infinity to another body (`is_sound`), and sweeps
-  /// create none, so failed bodies are found when they are moved.
+  /// A body whose state is not finite stays at its pose at the start of the step, as a fixed obstacle. The step stops,
+  /// to be solved again from there. No contact carries NaN or infinity to another body (`is_sound`), and sweeps create
+  /// none, so failed bodies are found when they are moved.
   FATHOM_HD void isolate(std::uint32_t i) const {
     std::uint32_t& flags = bodies.flags[i];
     if (flags & isolated_flag) return;  // found in an earlier substep

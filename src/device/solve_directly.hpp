@@ -1,8 +1,8 @@
 // solve, if something is solved directly: like SolveConstraints, with mechanisms after every sweep
 // (dynamics/mechanism.hpp), and supports after every relax sweep (dynamics/support.hpp).
 //
-// A separate kernel, so that worlds without overloaded contacts and mechanisms do not use its registers. Only one of
-// the two kernels has phases in a step.
+// A separate kernel: worlds without overloaded contacts and mechanisms must not pay for its registers. Only one of the
+// two kernels has phases in a step.
 #pragma once
 
 #include "device/mechanisms.hpp"
@@ -39,7 +39,7 @@ FATHOM_HD float power_of_two(int exponent) {
 /// Mechanisms take one phase, with one team each. A direct solution of supports takes one phase per level, from the top
 /// down, in which bodies ask their supports; one that sums up the effect of all; and one in which each structure goes
 /// its part of the way. All work-items wait for all others before and after, except between the levels of towers, which
-/// belong to one warp; between sweeps they wait only for data, where that is possible.
+/// belong to one warp. Between sweeps they wait only for data, where that is possible.
 template <JointKinds kinds>
 struct SolveDirectly {
   using Solver = SolveConstraints<kinds>;
@@ -166,8 +166,8 @@ struct SolveDirectly {
     team::sync();
   }
 
-  /// The wrench that upper bodies take from body i, about its centre. Each has stored it with its contact, so that sums
-  /// do not depend on the order of items.
+  /// The wrench that upper bodies take from body i, about its centre. Each has stored it with its contact, so sums do
+  /// not depend on the order of items.
   FATHOM_HD Wrench passed_on(const SupportNode& node) const {
     Wrench sum;
     for (std::uint32_t j = node.supports; j < node.contacts; ++j) {

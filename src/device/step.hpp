@@ -76,7 +76,7 @@ class Step {
     update_bodies();
   }
 
-  /// The rest of a step that stopped for lack of room for manifolds.
+  /// What remains of a step that stopped for lack of room for manifolds.
   void submit_rest() {
     device_.parallel_for(1, ResumeStep{counters_, SortOutContacts::group_size});
     for (const ShapePair pairs : {boxes, hulls, others})
@@ -85,7 +85,7 @@ class Step {
     update_bodies();
   }
 
-  /// The rest of a step that stopped because a body failed, with that body isolated.
+  /// What remains of a step that stopped because a body failed, with that body isolated.
   void submit_again() {
     device_.parallel_for(1, RepeatStep{counters_, SortOutContacts::group_size});
     if (settings_.published.cells) published_.measure_world();

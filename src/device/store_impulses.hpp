@@ -10,9 +10,8 @@
 
 namespace fathom::device {
 
-/// Stores impulses in manifolds and joints, and new offsets in contacts; marks overloaded contacts, and reports touches
-/// and hits, for which it needs the bodies' velocities at the start of the step. Impulses that are not finite are
-/// dropped.
+/// Stores impulses in manifolds and joints, and new offsets in contacts; marks overloaded contacts; and reports touches
+/// and hits, for which it needs the bodies' velocities at the start of the step. Drops impulses that are not finite.
 struct StoreImpulses {
   Bodies<> bodies;
   Contacts<contact_list, contact_manifolds, contact_events> contacts;
@@ -90,7 +89,7 @@ struct StoreImpulses {
                        {hit_threshold, touch_distance(c.touch_halvings(), true), dt});
   }
 
-  /// Few contacts are read: only those with an offset, and those deeper than allowed.
+  /// Reads few contacts: only those with an offset, and those deeper than allowed.
   FATHOM_HD void change_offset(std::uint32_t k, const ConstraintHead& head, float impulse) const {
     const Quad* const points = rows_of(constraints, k) + first_point_row * tile_width;
     const int count = static_cast<int>(head.bits & point_bits);

@@ -12,10 +12,10 @@ namespace fathom::device {
 inline constexpr std::uint32_t level_slots = max_levels + 2;
 
 /// `BodySupport::held` of a body that has just been placed: it starts as if it had been held, or springs would first
-/// give way.
+/// yield.
 inline constexpr float was_placed = 2;
 
-/// The inertia that loads on a body want, and give it (dynamics/overload.hpp). Outlasts a step.
+/// The inertia that loads on a body want for it (dynamics/overload.hpp). Outlasts a step.
 struct BodyLoad {
   std::uint32_t now = 0;  ///< maximum that contacts want in this step, as bits; 0: none is overloaded
   float before = 0;       ///< … in the step before
@@ -54,7 +54,7 @@ struct alignas(16) SupportMove {
   float reference;  ///< twice that of a fall through a substep (J)
 };
 
-/// Sums over a structure; integers, so that they do not depend on the order of terms.
+/// Sums over a structure, in integers: they do not depend on the order of terms.
 struct alignas(16) Structure {
   std::uint32_t overloaded = 0;  ///< 1: some contact was overloaded in the previous step
   std::uint32_t first_base = 0xffffffff,

@@ -1,7 +1,7 @@
 // Which contacts of a body are its supports, and the factors of their rows (dynamics/support.hpp).
 //
-// Whether a body is held depends on those that carry it, so it is known from the ground up. But nearly always all of
-// them are held: so every body first assumes that, all at once, and a body that has a carrier that is not held looks
+// Whether a body is held depends on those that carry it, so it is determined from the ground up. But nearly always all
+// of them are held. So every body first assumes that, all at once, and a body with a carrier that is not held looks
 // again. The result is the same as going from level to level.
 #pragma once
 
@@ -80,7 +80,7 @@ struct SupportFactors {
     return has;
   }
 
-  /// The body farther from the ground stores in the contact how far the two were held.
+  /// The body farther from the ground stores in the contact how far both were held.
   FATHOM_HD void stiffen(std::uint32_t contact, std::uint32_t i, std::uint32_t level) const {
     ConstraintHead& head = constraints.heads[contact];
     float held = bodies.support[i].held;

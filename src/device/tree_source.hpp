@@ -25,7 +25,7 @@ class TreeSource {
 
   std::uint32_t bodies() const { return bodies_.slot_count(); }
   std::uint32_t joints() const { return joints_.slot_count(); }
-  /// A joint that only drives works well in sweeps, as springs do.
+  /// A joint that only drives converges well in sweeps, as springs do.
   bool is_candidate(std::uint32_t slot) const {
     if (!joints_.alive(slot) || joints_[slot].def.hertz > 0 || is_coupling(slot)) return false;
     return !is_generic(slot) || generic_[slot].holds();

@@ -10,8 +10,8 @@ namespace fathom::device {
 
 // --- behaviour of a step ---------------------------------------------------------------------------------------------
 
-/// Each round colours at most one new contact per body. At the foot of a tower that is crushed, bodies begin about
-/// fifty contacts in one step.
+/// Each round colours at most one new contact per body. At the foot of a crushed tower, bodies begin about fifty
+/// contacts in one step.
 inline constexpr std::uint32_t colouring_rounds = 200;
 /// Bodies farther from the ground than this are left to sweeps: every level is a solver phase.
 inline constexpr std::uint32_t max_levels = 256;
@@ -31,7 +31,7 @@ inline constexpr int min_in_flight = 3;
 inline constexpr std::size_t edits_at_once = 4096;
 /// Events of each list that are copied along with a step's results.
 inline constexpr std::size_t first_events = 1024;
-/// Pairs of the hybrid simulator that are copied with the report, so that a step with few pairs waits only once.
+/// Pairs of the hybrid simulator that are copied with the report: a step with few pairs then waits only once.
 inline constexpr std::uint32_t prefetched_pairs = 1024;
 
 // --- room to begin with ----------------------------------------------------------------------------------------------

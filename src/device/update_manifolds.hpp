@@ -1,7 +1,7 @@
 // update_manifolds: every contact's manifold at the current poses, and contacts that begin and end.
 //
 // Two passes: the first checks every contact and filters out the many that need no collision test (boxes apart,
-// manifold recycled); the second runs the collision functions over lists of the rest, one per `ShapePair`.
+// manifold recycled); the second runs the collision functions over lists of the others, one per `ShapePair`.
 #pragma once
 
 #include "collision/collide.hpp"
@@ -118,7 +118,7 @@ struct ContactChanges {
   }
 
   /// Updates the contact `c`, a copy, to the collision result `fresh`, made `time` (s) after the step's beginning or,
-  /// below zero, at the current poses. False: it would begin, but there is no room.
+  /// if negative, at the current poses. False: it would begin, but there is no room.
   FATHOM_HD bool take(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a, float time) const {
     if (fresh.count == 0) {
       if (c.touching()) end(c);
@@ -162,8 +162,8 @@ struct ContactChanges {
   }
 
  private:
-  /// Whether a contact touches as soon as it begins, so a body was placed there: contacts of approaching bodies begin
-  /// earlier. Not for deep penetration, which is pushed out.
+  /// Whether a contact touches as soon as it begins, because a body was placed there: contacts of approaching bodies
+  /// begin earlier. Not for deep penetration, which is pushed out.
   FATHOM_HD bool is_placed(const ContactManifold& m, const Contact& c) const {
     constexpr float deep = 0.01f;  // m
     const Pose &a = bodies.poses[c.a], &b = bodies.poses[c.b];
@@ -176,7 +176,7 @@ struct ContactChanges {
     }
     return nearest <= reach && nearest > -deep;
   }
-  /// A placed body has no known load yet: it is held in its first step, then its impulses decide.
+  /// A placed body has no known load yet: it is held in its first step; from then on its impulses decide.
   FATHOM_HD void look_for_supports(const Contact& c) const {
     hold_at_once(bodies, c.a, *counters);
     hold_at_once(bodies, c.b, *counters);

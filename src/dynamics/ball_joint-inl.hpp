@@ -5,21 +5,20 @@
 // FATHOM_LANE_FUNCTION marks the functions.
 //
 // Three rows hold the anchors x_a + r_a and x_b + r_b together. Arms turn with their bodies within the step, by the
-// whole rotation since it began, so that a pendulum's rod keeps its length at any speed. Spin and inertia of an
-// anisotropic body are expressed in its orientation at the start of the step (`step_torque_free_in_contact`); the joint
-// rotates them.
+// whole rotation since it began: a pendulum's rod keeps its length at any speed. Spin and inertia of an anisotropic
+// body are expressed in its orientation at the start of the step (`step_torque_free_in_contact`); the joint rotates
+// them.
 //
 // A substep is a RATTLE step (Andersen, "Rattle: a velocity version of the Shake algorithm", 1983): an impulse along
 // the current arms makes the anchors meet where the bodies will have moved to; after they have moved, a second one
-// removes the anchors' relative velocity. So a swinging body keeps its energy, of which a plain velocity projection
-// takes a fraction (h ω)² in every substep. Bodies of a directly solved mechanism on which nothing else acts *swing*:
+// removes the anchors' relative velocity. A swinging body thus keeps its energy; a plain velocity projection takes a
+// fraction (h ω)² of it in every substep. Bodies of a directly solved mechanism on which nothing else acts *swing*:
 // they move by the mean of their velocities before and after gravity's acceleration, which is second order. Bodies that
 // touch something, or are left to sweeps, move by the velocity after it.
 //
 // Bodies carry the velocity that a substep's impulses gave them into the next substep (`WarmStart`). For a joint that
-// is right for the linear velocity but not for the spin, which the impulse would give about a different arm by then: a
-// pendulum would gain a fraction h ω² of its momentum every second. So the first sweep of a substep corrects the
-// difference.
+// is right for the linear velocity but not for the spin: by then the impulse acts along a different arm, and a pendulum
+// would gain a fraction h ω² of its momentum every second. The first sweep of a substep corrects the difference.
 
 enum class JointPass {
   soft,     ///< before positions move: pulls the anchors together
@@ -72,8 +71,8 @@ FATHOM_LANE_FUNCTION VecOf<L> negated(VecOf<L> v) {
   return zero_vector<L>() - v;
 }
 
-/// Rotation by the vector `phi` (rad), shortened to two turns where it is longer. Computes an eighth of it, where a few
-/// terms of the series give full precision, and squares twice.
+/// Rotation by the vector `phi` (rad), shortened to two turns if it is longer. Computes the quaternion with an eighth
+/// of it as half the angle, where a few terms of the series give full precision, and squares it twice.
 template <class L>
 FATHOM_LANE_FUNCTION UnitQuat<L> rotation_by(VecOf<L> phi) {
   const L longest = splat<L>(157.9f);  // (4π)²
@@ -219,9 +218,9 @@ struct BallJointSweep {
            (bodies.a.linear + cross(at_a.in_world(bodies.a.angular), at_a.arm));
   }
   /// Speed (m/s) at which anchors separate in a step of h seconds beyond their relative velocity: arms turn, so anchors
-  /// move on circles, and a step along the tangent ends outside. To be called after `carry_along`. The last substep's
-  /// impulse acts again, along arms that have turned since: where it spins a light body more than the sweep will leave
-  /// it, only a part of that spin counts.
+  /// move on circles, and a step along the tangent ends outside. Call it after `carry_along`. Where the last substep's
+  /// impulse, along arms that have turned since, spins a light body more than the sweep will leave it, only a part of
+  /// that spin counts.
   FATHOM_LANE_FUNCTION VecOf<L> drift(L h) const {
     const L less = turning_share(spun_a, spun_b, h, max_carry) - splat<L>(1.0f);
     return drift_of(at_b.in_world(mul_add(bodies.b.angular, less, spun_b)), at_b.arm, h) -
@@ -245,8 +244,8 @@ struct BallJointSweep {
     if constexpr (!Bodies::only_pushes_b)
       push(bodies.a, at_a, bodies.inverse_of_a(), negated<L>(impulse), row.moment_a);
   }
-  /// Re-applies the impulse so far at the current arms, but only as much as does not throw the bodies round: an impulse
-  /// that went along a thin rod one substep ago now spins the rod about its own axis.
+  /// Re-applies the impulse so far at the current arms, but only as much as does not fling the bodies around: an
+  /// impulse that went along a thin rod one substep ago now spins the rod about its own axis.
   FATHOM_LANE_FUNCTION void carry_along(BallJointRow<L>& row, L h) {
     const VecOf<L> impulse = row.impulse, was_b = spun_b_by(impulse, row.moment_b), moment_b = at_b.moment_of(impulse);
     spun_b = spun_b_by(impulse, moment_b);

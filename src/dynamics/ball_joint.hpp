@@ -47,7 +47,7 @@ FATHOM_HD float max_impulse(float hertz, float max_force, float h) {
   return hertz > 0 ? max(max_force * h, 1e-30f) : 0.0f;
 }
 
-/// Under an impulse J per substep of h seconds a body swings about its anchor with (h ω)² = h J times this (1/(kg·m)),
+/// A body under an impulse J per substep of h seconds swings about its anchor with (h ω)² = h J times this (1/(kg·m)),
 /// whatever the direction of the pull: the length of its arm times the inverse inertia across it.
 FATHOM_HD float swing_rate(Vec3 anchor, const SymMat3& inverse_inertia) {
   const float arm = length(anchor);
@@ -58,8 +58,8 @@ FATHOM_HD float swing_rate(Vec3 anchor, const SymMat3& inverse_inertia) {
 }
 
 /// The largest impulse (N·s) with which sweeps begin a step. The last substep's impulse acts again, at arms that have
-/// turned since. Where light bodies would swing under it faster than a substep can follow, (h ω)² > 1, it would throw
-/// them round, such as the neck between a landing head and the body behind it. Sweeps find the remainder again.
+/// turned since. Where a light body would swing under it faster than a substep can follow, (h ω)² > 1, it would fling
+/// that body around, such as the neck between a landing head and the body behind it. Sweeps find the remainder again.
 FATHOM_HD float max_start(float swing_rate, float h) {
   return swing_rate * h > 1e-38f ? min(1 / (swing_rate * h), 3e38f) : 3e38f;
 }

@@ -1,4 +1,4 @@
-// Bodies that fail on request, so that tests can check that no other body notices.
+// Bodies that fail on request: tests check that no other body notices.
 #pragma once
 
 #include <atomic>

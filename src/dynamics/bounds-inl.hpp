@@ -1,9 +1,9 @@
 // Margins of the broad phase's boxes, over vectors like those of dynamics/integrate-inl.hpp.
 
 /// Half the speculative margin (m): half the distance at which two bodies with bounding radius `radius` (m) become a
-/// contact before they touch. It reaches its full value from a radius of about 17 cm on (at 1/60 s). In a heap of
-/// pebbles dozens of others would be within that distance of each: small bodies get a fraction of their size plus, per
-/// pair, the distance that one may fall before contacts are searched again.
+/// contact before they touch. It reaches its full value at a radius of about 17 cm (at 1/60 s). In a heap of pebbles
+/// dozens of others would be within that distance of each. Small bodies therefore get a fraction of their size, plus
+/// the distance that one body of the pair may fall before contacts are searched again.
 template <class L>
 FATHOM_LANE_FUNCTION L half_speculative_margin(L radius, float dt) {
   return smaller(splat<L>(half_margin), splat<L>(half_margin_share) * radius + splat<L>(0.5f * fall_within(dt)));
@@ -18,8 +18,8 @@ FATHOM_LANE_FUNCTION LaneOf<Vec> reach_beyond_box(Vec angular, LaneOf<Vec> radiu
   return half_speculative_margin(radius, dt) + turning;
 }
 
-/// The part of a body's movement `moved` (m) that left the line predicted by its velocity; `way` (m) is the predicted
-/// movement of a step.
+/// The part of a body's movement `moved` (m) that left the line predicted by its velocity; `way` (m) is the movement
+/// predicted for a step.
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec aside_of(Vec moved, Vec way) {
   using L = LaneOf<Vec>;
@@ -40,7 +40,7 @@ FATHOM_LANE_FUNCTION BoxOf<Vec> swept(const BoxOf<Vec>& box, Vec path) {
   return {box.lower + smaller(path, zero), box.upper + larger(path, zero)};
 }
 
-/// `box` with room for several steps of motion, so that the broad phase is rarely told of a body.
+/// `box` with room for several steps of motion, so the broad phase rarely has to update it.
 template <class Vec>
 FATHOM_LANE_FUNCTION BoxOf<Vec> fat_box(LaneOf<Vec> radius, const BoxOf<Vec>& box, Vec velocity, float dt) {
   using L = LaneOf<Vec>;

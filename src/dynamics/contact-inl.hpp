@@ -184,8 +184,8 @@ struct ContactStepOf {
   L slop;               ///< m within which points count as just touching (`support_slop`)
 };
 
-/// Stiffens the softness of a contact of which the part `held` (0 to 1) is held directly. Springs that give way under
-/// load damp the sway of stacks that only sweeps hold; a direct solution leaves no sway, so no load has to give way.
+/// Stiffens the softness of a contact of which the fraction `held` (0 to 1) is held directly. Springs that yield under
+/// load damp the sway of stacks that only sweeps hold; a direct solution leaves no sway, so nothing needs to yield.
 template <class L>
 FATHOM_LANE_FUNCTION void stiffen(L held, ContactStepOf<L>& step) {
   const L one = splat<L>(1.0f), soft = one - held, rate = splat<L>(support_push_out_rate);
@@ -195,15 +195,15 @@ FATHOM_LANE_FUNCTION void stiffen(L held, ContactStepOf<L>& step) {
   step.impulse_scale = select(is_held, soft * step.impulse_scale, step.impulse_scale);
 }
 
-/// Separation or penetration (m) up to which the bodies of a held contact count as just touching, so that each of its
-/// points keeps the impulse that the direct solution gave it. `patch_radius` is the contact's (m).
+/// Separation or penetration (m) up to which the bodies of a held contact count as just touching: each of its points
+/// then keeps the impulse that the direct solution gave it. `patch_radius` is the contact's (m).
 template <class L>
 FATHOM_LANE_FUNCTION L support_slop(L patch_radius) {
   return smaller(splat<L>(max_support_slop), splat<L>(patch_radius_slop) * patch_radius);
 }
 
 /// Between two movable bodies, one more than eight times as heavy as the other, a contact gives back half as much of
-/// its impulse: the light body's spring carries the heavy one's weight and would give way too far.
+/// its impulse: the light body's spring carries the heavy one's weight and would yield too far.
 template <class L>
 FATHOM_LANE_FUNCTION void stiffen_uneven(L inverse_mass_a, L inverse_mass_b, ContactStepOf<L>& step) {
   const L least = smaller(inverse_mass_a, inverse_mass_b), most = larger(inverse_mass_a, inverse_mass_b);
@@ -236,15 +236,16 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
       kept = mul_sub(old, select(apart, zero, step.impulse_scale), old);
     }
     L impulse = mul_sub(kept, mass, speed + bias);
-    // The limit applies to the velocity that this sweep adds. An impulse that carries a lasting load is exempt, or
-    // bodies under a larger load would sink into each other without end; but not where they spring back, or all that a
-    // fall has compressed would rebound.
+    // The limit applies to the velocity that this sweep adds. Impulses that carry a lasting load are exempt, or bodies
+    // under a larger load would keep sinking into each other. Bodies that spring back are not exempt, or everything
+    // that a fall has compressed would rebound.
     if constexpr (pass != ContactPass::relax) {
       const L carried = select(is_above(speed, splat<L>(pressed_speed)), kept, old);
       impulse = smaller(impulse, mul_sub(carried, mass, speed - step.push_out_velocity));
     }
     impulse = larger(impulse, zero);
-    // A point that will bounce keeps its speed until it meets the surface: relaxing must not brake it in the air.
+    // A point that will bounce keeps its speed until it meets the surface: the relax sweep must not brake it in the
+    // air.
     if (pass == ContactPass::relax && rows.may_bounce())
       impulse = select(both(apart, is_above(rows.restitution(), zero)), smaller(impulse, old), impulse);
     rows.set_impulse(i, impulse);
@@ -254,8 +255,8 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
   return sweep.motion.n;
 }
 
-/// Speed, to second order, of the end of an arm (m) on a body that spins with `angular`, beyond that of the arm as
-/// given, once the arm has turned by the rotation vector `turned`.
+/// Speed, to second order, that turning by the rotation vector `turned` adds to the end of an arm (m) on a body that
+/// spins with `angular`.
 template <class L>
 FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf<L> angular) {
   const VecOf<L> along = cross(turned, arm);
@@ -264,8 +265,8 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf
 
 /// Addition to the sliding velocity at c where A is kinematic, due to the movement of the patch so far plus `lead` (s)
 /// (`friction_lead`). A body that rests on a turning one has to follow the circle within the step: along a tangent it
-/// would move outwards by half of (ω Δt)² of its radius in every step. The patch moves with B's centre and turns about
-/// it with A. B's own spin does not carry it: under a ball that rolls on A it stays below the centre.
+/// would drift outwards by (ω Δt)² / 2 times its radius in every step. The patch moves with B's centre and turns about
+/// it with A. B's own spin does not carry it: the patch stays below the centre of a ball that rolls on A.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactAxesOf<L>& axes, L lead) {
   const auto &a = bodies.a, &b = bodies.b;
@@ -274,13 +275,13 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactA
   return carried_speed<L>(axes.arm_b, turned, b.angular - a.angular) - cross(a.angular, moved);
 }
 
-/// Friction over the patch around c; returns the updated impulse: first stops the twist about the normal, then the
-/// sliding, each within its own limit: µ times `load`, the sum of the points' impulses, for the twist times the patch
-/// radius R. Over an area that slides with v and spins with ω both point along the slip: where R ω is much larger than
-/// v, only v / √(v² + R² ω²) of the friction is left for sliding. Without that factor a spinning box is stopped
+/// Friction over the patch around c; returns the updated impulse. Stops first the twist about the normal, then the
+/// sliding, each within its own limit: µ times `load`, the sum of the points' impulses, and for the twist times the
+/// patch radius R. Over a patch that slides with v and spins with ω, friction points along the local slip: where R ω is
+/// much larger than v, only v / √(v² + R² ω²) of it is left for sliding. Without that factor a spinning box stops
 /// wherever its load's centre happens to be, which rocks it and moves the load. v counts as at least what friction
-/// stops in a substep, so that a gripped body keeps its whole limit. A common limit would be closer to Coulomb's law,
-/// but loses grips where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried`
+/// stops in a substep, so a gripped body keeps its whole limit. A common limit would be closer to Coulomb's law, but
+/// loses grips where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried`
 /// adds to the sliding velocity the motion of moving surfaces and, where A is kinematic, `carried_slide`.
 template <class L, class Bodies, class Carried>
 FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>& row, const ContactAxesOf<L>& axes,
@@ -296,7 +297,7 @@ FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>&
   const L v1 = dot(axes.t1, slip), v2 = dot(axes.t2, slip);
   const L wanted_1 = old.slide_1 - mul_add(row.slide_12 * v2, row.slide_11, v1);
   const L wanted_2 = old.slide_2 - mul_add(row.slide_22 * v2, row.slide_12, v1);
-  // The masses of oblong bodies that hardly turn may be anything, and are squared.
+  // The masses of oblong bodies that hardly turn are unbounded, and get squared.
   const L mass = smaller(splat<L>(0.5f) * (row.slide_11 + row.slide_22), splat<L>(1e12f));
   const L spin = mass * row.patch_radius * twist_speed;
   const L slide = mul_add(limit * limit, mass * mass, mul_add(v2 * v2, v1, v1));
@@ -331,11 +332,11 @@ struct Bounce {
 };
 
 /// Separation speed (m/s) of two points that approach with the relative speed `speed` < 0 under the relative
-/// acceleration `pull` (m/s²) and, if nothing else happens, meet within a substep of length h: chosen so that, seen
-/// from their current positions, they part with e times the speed at which they would meet. Points that bounce before
-/// they meet so keep their energy to the last bit, wherever in the substep they meet: a body that falls through the gap
-/// gains v² − 2 a s before it bounces, without which every bounce would lose m g times the gap. Negative: they do not
-/// meet, or more slowly than `threshold`.
+/// acceleration `pull` (m/s²) and, if nothing else happens, meet within a substep of length h. Seen from their current
+/// positions, they part with e times the speed at which they would meet. Points that bounce before they meet thus keep
+/// their energy to the last bit, wherever in the substep they meet: a body that falls through the gap gains v² − 2 a s
+/// before it bounces; without that, every bounce would lose m g times the gap. Negative: they do not meet, or more
+/// slowly than `threshold`.
 template <class L>
 FATHOM_LANE_FUNCTION L leaving_speed(L speed, L separation, L e, L pull, L h, L threshold) {
   const L zero = splat<L>(0.0f), no = splat<L>(-1.0f);
@@ -371,7 +372,7 @@ FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L
     bounced = bounced + select(is_above(zero, leaving[i]), zero, one);
   }
   if (!any_above(bounced, zero)) return {false, zero, zero};
-  // Several points at once: start with equal shares, so that a body that falls flat rises flat.
+  // Several points at once: start with equal shares, or a body that falls flat would not rise flat.
   const auto several = is_above(bounced, one);
   const L share = one / select(several, sweep.k.nn * bounced, one);
   for (int i = 0; i < rows.end(); ++i) {

@@ -34,8 +34,8 @@ struct alignas(16) ContactManifold {
   ContactPointState points[max_manifold_points];
   Quat rotation_at_build;  ///< B in A's frame when the points were made
 
-  /// Impulse of point i over the step (N·s). The points share the step's sum as they do in the last substep, or evenly
-  /// where none of them carries load then.
+  /// Impulse of point i over the step (N·s). The step's sum is divided among the points as in the last substep, or
+  /// evenly where none of them carries load then.
   FATHOM_HD float step_impulse_of(int i) const {
     const float sum = ((impulses[0] + impulses[1]) + impulses[2]) + impulses[3];
     return sum > 0 ? step_impulse * (impulses[i] / sum) : step_impulse / static_cast<float>(point_count());
@@ -74,9 +74,9 @@ FATHOM_HD float fastest_speed(float radius, Vec3 linear, Vec3 angular) {
   return length(linear) + radius * length(angular);
 }
 
-/// Whether friction is within `beyond` times its cone, for checks. Tolerances: the residue of a load that ended within
-/// the step is no better than its rounding; and where friction is less than 1e-19 of the impulse `stopping` (N·s) that
-/// would stop the slide, the quotient of both squares in `solve_friction` is subnormal and loses digits.
+/// Whether friction is within `beyond` times its cone, for checks. Two tolerances: the residue of a load that ended
+/// within the step is no better than its rounding; and where friction is less than 1e-19 of the impulse `stopping`
+/// (N·s) that would stop the slide, the quotient of both squares in `solve_friction` is subnormal and loses digits.
 FATHOM_HD bool is_within_cone(const ContactManifold& m, float beyond, float stopping) {
   const float load = (m.impulses[0] + m.impulses[1]) + (m.impulses[2] + m.impulses[3]);
   const float slide =

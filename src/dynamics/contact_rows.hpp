@@ -49,8 +49,8 @@ struct alignas(8) BounceRow {
   float pull = 0;  ///< the bodies' relative acceleration along the normal (m/s²)
 };
 
-/// All rows of one contact, with the interface that the law expects. Loops over points have a constant length, so that
-/// they can be unrolled and rows stay in registers.
+/// All rows of one contact, with the interface that the law expects. Loops over points have a constant length:
+/// compilers unroll them and keep the rows in registers.
 struct ContactRows {
   ContactFrame frame;
   PointRow points[max_manifold_points] = {};

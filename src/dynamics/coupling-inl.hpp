@@ -2,8 +2,8 @@
 // included first.
 //
 // One row: share_a x_a + share_b x_b stays within bounds, where x is each body's angle about an axis, travel along an
-// axis or distance from a point, all fixed in the world. Angles count whole turns separately from the remainder, so
-// that the sum keeps its precision however far the wheels have turned.
+// axis or distance from a point, all fixed in the world. Angles count whole turns separately from the remainder: the
+// sum keeps its precision however far the wheels have turned.
 
 /// The motion of one body that the coupling ties.
 template <class L>

@@ -45,11 +45,11 @@ FATHOM_HD void add_forces(Acceleration& to, Quat rotation, float inverse_mass, f
 /// Wanner, "Geometric Numerical Integration", VI.3), det = 1 and the trace is 2 − w²: it is stable for all w < 2. The
 /// missing movement is (1 − β) a dt² = (1 − β) dt (v' − v).
 ///
-/// Written with v' − v this also holds in contact: movement that contacts prevent is not added either, and a body that
-/// is pressed, or floats at rest between weight and buoyancy, stays in place. A collision's change of velocity is not
-/// due to a force, though. Frictionless contacts reduce p = a dt to its projection onto the directions in which the
-/// body is free; all projections of p lie on the sphere with diameter p. So v' − v is replaced by the nearest point of
-/// that ball.
+/// Written with v' − v this also holds in contact: movement that contacts prevent is not added, and a body that is
+/// pressed, or floats at rest between weight and buoyancy, stays in place. A collision's change of velocity, however,
+/// is not due to a force. Frictionless contacts reduce p = a dt to its projection onto the directions in which the body
+/// is free; all projections of p lie on the sphere with diameter p. So v' − v is replaced by the nearest point of that
+/// ball.
 FATHOM_HD Vec3 missing_movement(Vec3 before, Vec3 after, Vec3 acceleration, bool is_parabola, float dt,
                                 float substeps) {
   const Vec3 middle = (0.5f * dt) * acceleration;

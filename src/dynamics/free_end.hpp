@@ -6,10 +6,10 @@
 namespace fathom {
 
 /// End pose of B if its `way`, from `free_way`, is not free. A body hit off its centre turns and may follow the body
-/// that hit it, so B ends in front of the surface that it met, at that surface's end pose; or B moves along with A from
-/// where they met, if that end is nearer. Only B's position changes: velocities and orientations stay, and with them
-/// momentum and energy, which depends on orientation if principal moments differ. Bodies that still approach have a
-/// contact in the next step.
+/// that hit it. B therefore ends in front of the surface that it met, at that surface's end pose, or moves along with A
+/// from where they met, whichever end is nearer. Only B's position changes: velocities and orientations stay, and with
+/// them momentum and energy, which depends on orientation if principal moments differ. Bodies that still approach have
+/// a contact in the next step.
 FATHOM_HD Pose end_beside(const FreeWay& way, const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b,
                           const Apart& first, float half, float dt) {
   const float skin = skin_of(a, b, half), allowed = allowed_depth(first.gap, half);

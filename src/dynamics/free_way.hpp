@@ -62,7 +62,7 @@ FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Move
     return -nearest_separation(collide_shapes<with_hulls>(on_a.geometry, on_b.geometry, b_in_a, 0.0f, axis));
   };
   if (in_front(1)) return false;
-  // Once it leaves the front of the surface, it is behind it or has moved round its edge.
+  // Once it leaves the front of the surface, it is behind it or has moved around its edge.
   float front = 0, behind = 1;
   while (behind - front > 0x1p-8f) {
     const float middle = 0.5f * (front + behind);
@@ -78,13 +78,13 @@ FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Move
   return true;
 }
 
-/// How far a fast pair may move from the poses of `a` and `b` to `end_a` and `end_b`: all the way unless they end
-/// inside or behind each other. A reaches `end_a`, whatever B does. The solver sees the impacts of bodies that fly
-/// straight; impacts after a deflection within the step are found here and become contacts of the next step. B moves on
-/// with the body that it meets, and along its surface. A pair that touched before and still gets deeper or through,
-/// because corners turn too fast for the solver or because of a load, is lifted out of the surface (`stopped` gives its
-/// velocity). It is not stopped: held where it is too deep, it would be pushed out forever and never get out. `first`
-/// is that of `look_ahead`.
+/// How far a fast pair may move from the poses of `a` and `b` to `end_a` and `end_b`: all the way, unless they end
+/// inside or behind each other. A always reaches `end_a`. The solver sees the impacts of bodies that move straight;
+/// impacts after a deflection within the step are found here and become contacts of the next step. B moves on with the
+/// body that it meets, and along its surface. A pair may touch before the step and still get deeper or through, because
+/// corners turn too fast for the solver or because of a load. Such a pair is lifted out of the surface (`stopped` gives
+/// its velocity), not stopped: held where it is too deep, it would be pushed out forever and never get out. `first` is
+/// that of `look_ahead`.
 template <bool with_hulls = true>
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
@@ -103,7 +103,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
     way.lift(cores, end_a, end_b, normal, skin - allowed - end_gap);  // otherwise rounding could put it inside again
     return way;
   }
-  // B moves on with the body that it meets, which would otherwise run over it, and along its surface.
+  // B moves on with the body that it meets (or it would run that body over), and along its surface.
   const auto goes_on = [&](Vec3 along) {
     const float approach = max(dot(along, on_a.velocity.linear - on_b.velocity.linear), 0.0f);
     return ((1 - way.part) * dt) * mul_add(on_b.velocity.linear, approach, along);
@@ -152,9 +152,9 @@ FATHOM_HD Pose end_of(const FreeWay& way, const Pose& begin, const Pose& end, fl
 }
 
 /// Velocity of B after a lift: the impact of its deepest point on A removes the approach velocity there, and the piece
-/// centred at `centre` (m, world) does not come nearer either. A lift adds height, and a body that kept its spin would
-/// land on its corners again and again: small capsules and splinters, alone on a floor, spun faster and faster. Pose,
-/// mass and inertia are B's; `of_a` and `end_of_a` are those of A at its end.
+/// centred at `centre` (m, world) does not approach either. A lift adds height, and a body that kept its spin would
+/// land on its corners again and again: small capsules and splinters, alone on a floor, would spin faster and faster.
+/// Pose, mass and inertia are B's; `of_a` and `end_of_a` are those of A at its end.
 FATHOM_HD Velocity stopped(const FreeWay& way, const Velocity& of_a, Vec3 end_of_a, Vec3 centre, Velocity v,
                            const Pose& end_of_b, float inverse_mass, float isotropic, const SymMat3& inverse_inertia) {
   const Vec3 arm = way.at - (end_of_b.position + way.aside), turn = cross(arm, way.normal);

@@ -2,8 +2,8 @@
 // over the same lane type L.
 //
 // A sweep solves all axes at once. Eliminating the locked axes (Gauss-Jordan) leaves the effective masses of the
-// others. Drives are then solved as soft rows, and solved again with the limits that their result would break and with
-// those drives at their largest force that would exceed it. A substep is a RATTLE step, as for a ball joint.
+// others. Drives are solved as soft rows, then solved again with the limits that this result would break, and with
+// drives that would exceed their largest force clamped to it. A substep is a RATTLE step, as for a ball joint.
 
 /// Equations of six rows, `response` x = `wanted`, and which of them have been solved.
 template <class L>
@@ -39,14 +39,14 @@ template <class L>
 struct FreeAxis {
   L is_driven, is_at_limit;  ///< 1 or 0: solved as a soft row; as a rigid row
   L compliance, aim;         ///< of the drive: wanted velocity is aim - compliance · impulse
-  L bound;                   ///< m/s or rad/s at which it reaches its limit
+  L bound;                   ///< speed (m/s or rad/s) at which it reaches its limit
   L pull;                    ///< the part of `bound` that brings it back from beyond the limit
   L given;                   ///< N·s, known impulse
 };
 
 // Armature I takes the impulse I (v - v') from whatever changes the rate of its axis from v to v': it acts as a drive
 // that holds the old rate with compliance 1 / I. In parallel with a drive that wants aim - compliance · impulse, the
-// two are a drive that wants
+// two form one drive that wants
 //   (aim + compliance I v) / (1 + compliance I) - compliance / (1 + compliance I) · impulse
 // until the drive reaches its largest force.
 
@@ -85,8 +85,8 @@ FATHOM_LANE_FUNCTION void solve_free_axes(GenericSystem<L>& system, const Generi
   }
 }
 
-/// Locked axes are soft: they let part of the load through and give back part of their impulses. So the other axes get
-/// that part of the eliminated system and the rest of the original one.
+/// Locked axes are soft: they let part of the load through and give back part of their impulses. The other axes
+/// therefore get that part of the eliminated system and the rest of the original one.
 template <class L>
 FATHOM_LANE_FUNCTION void soften(GenericSystem<L>& system, const GenericSystem<L>& before,
                                  const GenericJointRow<L>& row) {
@@ -104,7 +104,7 @@ FATHOM_LANE_FUNCTION void soften(GenericSystem<L>& system, const GenericSystem<L
 }
 
 /// Whether a drive that is not at a limit exceeds its largest impulse with `wanted`, which leaves the axis the rate
-/// `speed`. A drive beside an armature is instead replaced by one at its largest impulse.
+/// `speed`. A drive with an armature is replaced by one at its largest impulse instead.
 template <class L>
 FATHOM_LANE_FUNCTION L exceeds_beside_armature(FreeAxis<L>& f, const GenericAxis<L>& a, L rate, L wanted, L speed) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f), has = is_less(zero, a.armature);
@@ -125,8 +125,8 @@ FATHOM_LANE_FUNCTION L bounce_of(const GenericJointRow<L>& row, int i, L side) {
   return splat<L>(0.0f) - is_hit * row.axes[i].restitution * row.rate[i];
 }
 
-/// Solves limits and drives of a system after the locked axes. Two rounds: one without limits and largest forces, and
-/// one with those that the first result exceeds.
+/// Solves limits and drives of a system after the locked axes, in two rounds: one without limits and largest forces,
+/// and one with those that the first result exceeds.
 template <class L, class Rows>
 FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const GenericSystem<L>& before,
                                           GenericJointRow<L>& row, const Rows& rows, L h, bool reacts,
@@ -242,8 +242,8 @@ FATHOM_LANE_FUNCTION L relaxed_hold(const GenericJointRow<L>& row, int i, L chan
 }
 
 /// Removes the velocity with which the last sweep pulled axes back to their limits: they have moved by it, or this
-/// sweep finds how far they still are. Left in the velocities it would add energy at every limit hit, because the relax
-/// sweep would remove it along rows that have turned.
+/// sweep finds how far they still are. Left in the velocities it would add energy at every hit of a limit, because the
+/// relax sweep would remove it along rows that have turned.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void take_back_pull(GenericJointRow<L>& row, Bodies& bodies) {
   const auto frame_of = [](const auto& side) FATHOM_LANE_LAMBDA {

@@ -135,7 +135,7 @@ FATHOM_HD void begin_rates(GenericJointRow<float>& row, const GenericJoint& join
   for (int i = 0; i < axis_count; ++i) row.rate[i] = rows.velocity(i), row.bounce[i] = 0;
 }
 
-/// Clears the impulses that a joint's new definition has no use for: the hold of an axis that is neither locked nor
+/// Clears impulses that a joint's new definition has no use for: the hold of an axis that is neither locked nor
 /// limited, and the drive of an axis without a drive.
 FATHOM_HD void forget_what_ended(const GenericJoint& joint, GenericImpulse& impulse) {
   if (joint.couples != 0) return;

@@ -3,8 +3,8 @@
 //
 // Six axes: three translations of B's anchor in A's frame, the twist about B's axis x and its two swings. The relative
 // rotation is decomposed into a swing of axis x and the remaining twist, whose rate is that about the bisector of the
-// two axes x, so both hold for any swing below pi. Translations act on both bodies at B's anchor, so that a slider that
-// is far out conserves angular momentum.
+// two axes x; both hold for any swing below pi. Translations act on both bodies at B's anchor: a slider that is far out
+// then conserves angular momentum.
 
 inline constexpr int axis_count = 6, translations = 3;
 
@@ -101,7 +101,7 @@ struct GenericJointRows {
     spun_a_ = spun_b_ = zero_vector<L>();
   }
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : GenericJointRows(row, of) {
-    // Velocities without the last substep's impulses, which act again along arms that have turned since and give light
+    // Velocities without the last substep's impulses: these act again along arms that have turned since, and give light
     // bodies spins that the sweep will correct.
     spun_b_ = frame_b.spun_by(of.inverse_of_b(), row.given, row.moment_b);
     const VecOf<L> omega_b = frame_b.in_world(of.b.angular - spun_b_);
@@ -169,7 +169,7 @@ struct GenericJointRows {
     push(row, impulses, row.given, row.moment_a, row.moment_b);
   }
   /// Splits off the part of the row's impulses that pulls axes back to their limits: it moves the bodies but must not
-  /// last.
+  /// persist.
   FATHOM_LANE_FUNCTION void set_pull_apart(GenericJointRow<L>& row, const L (&pull)[axis_count], L share) const {
     row.pulled = row.pulled_a = row.pulled_b = zero_vector<L>();
     for (int i = 0; i < axis_count; ++i) {

@@ -17,8 +17,8 @@ FATHOM_LANE_FUNCTION Vec within_half_a_turn(Vec phi) {
   return scale(select(is_far, kept, one), phi);
 }
 
-/// Rotation by the vector `phi` (rad, world axes): cos and sin of half the angle from their series, so that every
-/// target computes the same bits. Of unit length and exact to 1e-7 for any angle.
+/// Rotation by the vector `phi` (rad, world axes): cos and sin of half the angle from their series, with the same bits
+/// on every target. Of unit length and exact to 1e-7 for any angle.
 template <class Vec>
 FATHOM_LANE_FUNCTION QuatOf<Vec> exponential(Vec phi) {
   using L = LaneOf<Vec>;
@@ -36,14 +36,14 @@ FATHOM_LANE_FUNCTION QuatOf<Vec> exponential(Vec phi) {
 }
 
 /// `q` turned by the rotation vector `phi` (rad, world axes), of unit length. For a constant angular velocity this is
-/// exact, where q + ½Δt·Q(q)ω (dissertation, equations 3.8–3.9) lags behind by third order in the angle.
+/// exact, whereas q + ½Δt·Q(q)ω (dissertation, equations 3.8–3.9) lags by third order in the angle.
 template <class Vec>
 FATHOM_LANE_FUNCTION QuatOf<Vec> turned(QuatOf<Vec> q, Vec phi) {
   return normalize(exponential(phi) * q);
 }
 
-/// Adds `change` to a velocity (m/s). `residual` gets the rounding error, to be added to the next change (Kahan,
-/// "Further remarks on reducing truncation errors", 1965): g h is far smaller than the velocity it is added to and is
+/// Adds `change` to a velocity (m/s). `residual` gets the rounding error, which is added to the next change (Kahan,
+/// "Further remarks on reducing truncation errors", 1965). g h is far smaller than the velocity it is added to, and is
 /// rounded the same way in every step of a fall, which would change g.
 template <class Vec>
 FATHOM_LANE_FUNCTION void accelerate(Vec& velocity, Vec& residual, Vec change) {

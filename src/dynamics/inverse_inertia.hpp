@@ -68,8 +68,8 @@ FATHOM_HD Vec3 moment_of(const InverseInertia<float, SymMat3>& inertia, Vec3 ang
   return inverse(to_matrix(inertia.spin)) * angular;
 }
 
-/// The inertia of a body and the water that it carries along: kinetic energy is half of v·linear v + 2 v·coupling ω +
-/// ω·angular ω. Symmetric and positive definite as a whole.
+/// The inertia of a body and the water that it carries along: its kinetic energy is half of v·linear v + 2 v·coupling ω
+/// + ω·angular ω. Symmetric and positive definite as a whole.
 struct CoupledMass {
   SymMat3 linear;   ///< kg
   Mat3 coupling;    ///< kg·m, by columns: momentum due to a unit spin about each axis

@@ -3,10 +3,9 @@
 //
 // Coordinates are those of the joint: three translations of the body's point at the joint and three rotations. A body
 // and all that hangs on it resist a change a of its motion there with I a, under a load p. Its parent moves that point
-// by a'. Where a coordinate is locked, a = a' - error. Free coordinates are eliminated one after the other: a drive
-// with the force t - s (a - a') is in series with the inertia, and the parent feels I s / (I + s); without a drive it
-// feels nothing at all. That this is exactly zero keeps the rounding of a heavy body from becoming inertia of a light
-// parent.
+// by a'. Where a coordinate is locked, a = a' - error. Free coordinates are eliminated one by one: a drive with the
+// force t - s (a - a') is in series with the inertia, and the parent feels I s / (I + s); without a drive it feels
+// nothing at all. This is exactly zero, so the rounding of a heavy body never becomes inertia of a light parent.
 
 inline constexpr int joint_coordinates = 6;
 
@@ -62,7 +61,7 @@ FATHOM_LANE_FUNCTION void add_row(Mask mask, JointVector& to, Real part, const J
   for (int j = 0; j < joint_coordinates; ++j) to[j] = select(mask, fma(part, row[j], to[j]), to[j]);
 }
 
-/// Eliminates coordinate k, where it `is_free`, from all others; the parent feels the `share` of it.
+/// Eliminates coordinate k, where it `is_free`, from all others; the parent feels `share` of it.
 FATHOM_LANE_FUNCTION void eliminate_coordinate(JointVector (&m)[joint_coordinates], int k, Mask is_free,
                                                const JointVector& column, Real inverse, Real share) {
   for (int i = 0; i < joint_coordinates; ++i) {

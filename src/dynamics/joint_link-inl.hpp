@@ -148,7 +148,7 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION OfAxis impulse_of(int i) const;
   FATHOM_LANE_FUNCTION void note_hit(int i, Mask hits);
   /// The value that a held axis is to have at the substep's end: its bound, or as near as `most` (m/s or rad/s) allows
-  /// within the substep. A limit lets the joint come as fast as it does; one that the joint has left may still count as
+  /// within the substep. A limit lets the joint approach at any speed; one that the joint has left may still count as
   /// acting and must not pull it back at once.
   FATHOM_LANE_FUNCTION Real wanted_value(int i, const LinkPair& pair, Real most, Real h) const;
   /// The rate that closes an axis' gap to its bound, at most this share of the gap.
@@ -284,7 +284,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::choose_coordinates(const LinkPair& pair) {
 }
 
 /// Impulses of free coordinates before any change: those of their drives, and of armatures, which keep the old rates.
-/// Nothing else acts on a free coordinate, so it gives back the impulse from before it was free.
+/// Nothing else acts on a free coordinate, so it gives back the impulse it had before it was free.
 FATHOM_LANE_FUNCTION void LinkJoint::set_drives(const LinkPair& pair) {
   JointVector before;
   to_coordinates(freedom_, force_, torque_, before);

@@ -1,5 +1,5 @@
 // The direct solution of bodies that ball joints connect to a tree: the changes of velocity that satisfy all joints at
-// once with the least kinetic energy. Included like dynamics/joint_link-inl.hpp.
+// once, with the least kinetic energy. Included like dynamics/joint_link-inl.hpp.
 //
 // Eliminates from the leaves to the root and substitutes back, in time proportional to the number of joints (Baraff,
 // "Linear-time dynamics using Lagrange multipliers", 1996). Written as Featherstone's articulated bodies ("Rigid Body
@@ -7,10 +7,10 @@
 // its parent as a symmetric 3×3 inertia at the anchor and an impulse.
 //
 // Angular inertias are factorised, never inverted: a thin light link with a heavy one behind it turns 10,000 times as
-// easily about its own axis as across it. The rounding error of an inverse is that of its largest element; times the
-// heavy mass it was several times the light one, and folded chains gained energy without end
-// (docs/log/2026-11-25-whipping-chains.md). The rounding error of a factor is that of an inertia changed by about 1e-7
-// of it.
+// easily about its own axis as across it. The rounding error of an inverse is that of its largest element. Multiplied
+// by the heavy mass, it was several times the light one, and folded chains kept gaining energy
+// (docs/log/2026-11-25-whipping-chains.md). A factor's rounding error is that of an inertia changed by about 1e-7 of
+// itself.
 
 /// Inertia of a body and all that hangs on it, about the body's centre: momentum per linear and angular velocity.
 struct TreeInertia {
@@ -52,7 +52,7 @@ struct SymFactor {
     const Vec3 y = mul_add(m.y, -yx, m.x);
     return {m.x, y, mul_add(mul_add(m.z, -zx, m.x), -zy, y)};
   }
-  /// v transpose of its inverse times v
+  /// v · inverse(this matrix) v
   FATHOM_LANE_FUNCTION Real response(Vec3 v) const {
     const Vec3 f = forward(v);
     return dot(scaled(f), f);

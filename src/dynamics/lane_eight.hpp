@@ -1,6 +1,6 @@
 // The eight-lane types and functions for code that is written for one lane and for eight (dynamics/joint_link-inl.hpp):
-// what is a float, a Vec3 or a Mat3 elsewhere has eight lanes here. Functions round like those of the same name in
-// fathom/math.hpp and dynamics/lane_scalar.hpp, so that each lane has the bits that it would have alone.
+// what is a float, a Vec3 or a Mat3 elsewhere has eight lanes here. Functions round like their namesakes in
+// fathom/math.hpp and dynamics/lane_scalar.hpp: each lane has the same bits as a scalar.
 #pragma once
 
 #include <type_traits>

@@ -56,7 +56,7 @@ FATHOM_HD Vec3 select(bool mask, Vec3 a, Vec3 b) { return mask ? a : b; }
 
 using Real = float;
 using Mask = bool;
-/// A stored mask, and the number of an axis: words as long as a Real, so that lanes can be separated word by word.
+/// A stored mask, and the number of an axis: words as long as a Real, because lanes are separated word by word.
 using Flag = std::int32_t;
 using AxisNumber = std::int32_t;
 inline constexpr Flag all_set = -1;

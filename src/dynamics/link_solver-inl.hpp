@@ -318,8 +318,8 @@ struct LinkSolver {
       s.error = mul_add(s.error + pull, -0.5f * h, s.row.pull);
     }
   }
-  /// Whether the anchors will meet, along a path that rows can represent: a body that its joints spin round within a
-  /// substep would count as meeting too.
+  /// Whether the anchors will meet, along a path that rows can represent: otherwise a body that its joints spin around
+  /// within a substep would count as meeting too.
   FATHOM_LANE_FUNCTION Mask does_meet(std::uint32_t i, Real h) const {
     const LinkState& s = state(i);
     const Mask is_slow = h * length(s.change.angular) <= max_drift;
@@ -327,7 +327,7 @@ struct LinkSolver {
     if (has_generic(i)) return both(is_slow, generic(i).meets(pair_of(i), splat<Real>(meeting_share), h));
     return both(is_slow, h * length(gap_ahead(s, parent_of(i), h)) <= meeting_share * reach(s));
   }
-  /// Whether some limit or largest force differs from what the solution assumed, among those that are asked.
+  /// Whether some limit or largest force differs from what the solution assumed, among those in `asks`.
   FATHOM_LANE_FUNCTION Mask revise(std::uint32_t i, Real h, Mask asks) const {
     return has_generic(i) ? generic(i).revise(pair_of(i), h, asks) : is_set(Flag{});
   }

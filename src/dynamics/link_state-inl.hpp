@@ -1,6 +1,6 @@
 // State of a mechanism's link during a step. Included like dynamics/joint_link-inl.hpp.
 
-/// Only words as long as a Real: lanes are separated word by word.
+/// Only words as long as a Real, because lanes are separated word by word.
 struct LinkState {
   BallJointRow<Real> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
   Real mass;               ///< kg, the link's share

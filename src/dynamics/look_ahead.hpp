@@ -1,9 +1,9 @@
 // Impacts of fast bodies within a step. Pure, for host and device.
 //
-// A speculative contact separates bodies along the contact normal as the step begins. For bodies that move by a good
-// part of their size within the step this normal is wrong: they meet beside it, or it stops them as they pass each
-// other. So the time of impact is sought for such a pair: bodies that pass get no contact, and bodies that meet get the
-// contact at the place of impact, with separations that the way there will use up.
+// A speculative contact separates bodies along the contact normal at the start of the step. For bodies that move by a
+// good part of their size within the step this normal is wrong: they meet beside it, or it stops them as they pass each
+// other. Such a pair is searched for its time of impact: bodies that pass get no contact, and bodies that meet get the
+// contact at the position of impact, with separations that they use up on the way there.
 #pragma once
 
 #include "collision/collide.hpp"
@@ -17,10 +17,10 @@
 
 namespace fathom {
 
-/// `half`: half thickness (m) of the pair's thinner shape. `skin_of`: distance (m) from which on shapes up to `reach`
-/// (m) from their origins are certainly apart. `entry_of`: penetration (m) at which the manifold of an impact is made,
-/// so that the normal is that of the side which is hit, and an edge that is only brushed, as at the seam of two tiles,
-/// does not count.
+/// `half`: half thickness (m) of the pair's thinner shape. `skin_of`: distance (m) beyond which shapes up to `reach`
+/// (m) from their origins are certainly apart. `entry_of`: penetration (m) at which the manifold of an impact is made.
+/// At that depth the normal is that of the side which is hit, and an edge that is only brushed, as at the seam of two
+/// tiles, does not count.
 FATHOM_HD float skin_of(float half, float reach) { return min(max_skin, skin_share * half) + 4e-7f * reach; }
 FATHOM_HD float entry_of(float half) { return min(max_axis_tolerance, axis_tolerance_share * half); }
 
@@ -30,8 +30,8 @@ FATHOM_HD float movement_of(float margin, float radius_a, float radius_b, float 
 }
 
 /// Whether shapes just collided, with the result `seen` and `axis`, cannot meet within the step: along the axis they
-/// are farther apart than their speculative margin, which bounds their relative movement (but not for turns of more
-/// than a radian).
+/// are farther apart than their speculative margin, which bounds their relative movement (except for turns of more than
+/// a radian).
 FATHOM_HD bool pass_for_certain(const Manifold& seen, const AxisCache& axis, const Velocity& a, const Velocity& b,
                                 float dt) {
   const auto turns_little = [dt](const Velocity& v) { return dt * dt * length_squared(v.angular) <= 1; };
@@ -59,8 +59,8 @@ struct LookAhead {
   Manifold manifold;
 };
 
-/// Separation as the step begins: along the normal of the manifold `seen`, unless that separation is less than its
-/// points'; then along the better of it and the direction of greatest separation.
+/// Separation at the start of the step: along the normal of the manifold `seen`, unless that separation is less than
+/// its points'; then along the better of it and the direction of greatest separation.
 FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores& cores, const Manifold& seen,
                                float skin) {
   const Vec3 guess =
@@ -104,7 +104,7 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   const float deeper = max(impact.gap, 0.0f) + entry;
   const bool gets_deep = impact.speed * (dt - impact.time) >= deeper;
   // An impact too late to get that deep does not tell the side yet: at the seam of two tiles it could be the wrong one.
-  // The next step sees the bodies touch.
+  // The next step will see the bodies touch.
   if (impact.time > 0 && !gets_deep) {
     result.ahead = Ahead::nothing;
     return result;

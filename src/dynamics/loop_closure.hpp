@@ -7,10 +7,10 @@
 // stay joints of the tree, with their limits, drives and springs, and there is only one kind of closure.
 //
 // Rows that nothing in the loop can follow, such as those across a planar linkage, would be singular, and a loop that
-// does not fit together would be pulled without end. So each row yields a little under its load, like a spring of about
+// does not fit together would be pulled endlessly. So each row yields a little under its load, like a spring of about
 // 100 times a substep's rate. Only rows that nothing follows are meant to yield: the aim is the part (S inverse(R +
 // S))² S of their impulses, with responses R and softnesses S, which is negligible where R is the larger. Further
-// rounds work on the remaining error; they measure it from the bodies' motion, because rounding in R would make them
+// rounds work on the remaining error. They measure it from the bodies' motion, because rounding in R would make them
 // miss the aim (docs/log/2026-11-25-loop-closures.md).
 #pragma once
 
@@ -46,7 +46,8 @@ class LoopClosure {
   /// Error of row i (m/s or rad/s); after `solve`, the impulse that removes it (N·s or N·m·s).
   FATHOM_HD float& error(std::uint32_t i) const { return vectors_[3 * rows_ + i]; }
 
-  /// Factorises the responses as L D transpose(L), column by column, in place: stores inverse(D) and L D. By a team.
+  /// Factorises the responses as L D transpose(L), column by column, in place: stores inverse(D) and L D. Run by a
+  /// team.
   FATHOM_HD void factorise() const {
     for (std::uint32_t k = 0; k < rows_; ++k) {
       // Rounding must not make a row stiffer than its own softness.

@@ -7,18 +7,18 @@
 
 namespace fathom {
 
-/// Distance (m) that two bodies with these shapes and bounding radii (m) may move against each other before their
-/// manifold is rebuilt. Zero where a round shape may roll: its points stay under it, while anchors in both bodies would
-/// turn away from there, and a load some millimetres off centre brakes or drives it.
+/// Relative movement (m) of two bodies with these shapes and bounding radii (m) up to which their manifold is kept.
+/// Zero where a round shape may roll: its points stay under it, whereas anchors in both bodies would turn away from
+/// there, and a load some millimetres off centre would brake or drive it.
 FATHOM_HD float recycle_distance(ShapeType shape_a, float radius_a, ShapeType shape_b, float radius_b) {
   const auto rolls = [](ShapeType shape) { return shape == ShapeType::sphere || shape == ShapeType::capsule; };
   return rolls(shape_a) || rolls(shape_b) ? 0.0f : min(max_recycle_distance, recycle_share * min(radius_a, radius_b));
 }
 
 /// True while bodies have moved against each other by less than `distance` (m) and 5 mrad since the manifold was made.
-/// It is then kept: the points are anchored in both bodies, so their separations stay exact; only the choice of points
-/// may become stale, by a distance of this order. (Box3D and avian call this contact recycling; it is the largest
-/// single gain at rest.)
+/// The manifold is then kept: the points are anchored in both bodies, so their separations stay exact; only the choice
+/// of points may become stale, by a distance of this order. (Box3D and avian call this contact recycling; it is the
+/// largest single gain at rest.)
 FATHOM_HD bool moved_little(const ContactManifold& m, const Pose& b_in_a, float distance) {
   const Vec3 shift = b_in_a.position - m.position_at_build();
   if (!(length_squared(shift) < distance * distance)) return false;
@@ -28,8 +28,8 @@ FATHOM_HD bool moved_little(const ContactManifold& m, const Pose& b_in_a, float 
 }
 
 /// Whether the load of a reduced manifold has moved so far to its edge that some point carries nothing, but not to a
-/// corner. Then the corners are chosen again, so that the body tips over the patch's own edge. (A cylinder of 32 sides
-/// would tip at 22° instead of 26.6°.)
+/// corner. Then the corners are chosen again: otherwise a body would not tip over the patch's own edge (a cylinder of
+/// 32 sides would tip at 22° instead of 26.6°).
 FATHOM_HD bool leans(const ContactManifold& m) {
   float sum = 0, most = 0, least = 3e38f;
   for (int i = 0; i < max_manifold_points; ++i) {
@@ -41,7 +41,7 @@ FATHOM_HD bool leans(const ContactManifold& m) {
   return least <= idle_share * sum && most < corner_share * sum;
 }
 
-/// Whether the corners are to be chosen again: not while the load still settles on the last choice.
+/// Whether to choose the corners again: not while the load still settles on the last choice.
 FATHOM_HD bool is_to_reduce_anew(AxisCache& cache, const ContactManifold& m) {
   if (!cache.reduced || !leans(m)) return false;
   if (cache.wait == 0) return true;
@@ -68,23 +68,23 @@ FATHOM_HD float margin_at_rest(float radius_a, float radius_b, float dt) {
   return 2 * half_speculative_margin(min(radius_a, radius_b), dt);
 }
 
-/// Distance (m) at which two bodies become a contact. Fast ones do so before they meet, so that the solver can stop
-/// them at the surface.
+/// Distance (m) at which two bodies become a contact. Fast ones do so before they meet: the solver can then stop them
+/// at the surface.
 FATHOM_HD float speculative_margin(float radius_a, float radius_b, const Velocity& va, const Velocity& vb, float dt) {
   const float approach = length(vb.linear - va.linear);
   const float turning = min(length(va.angular) * dt, 1.0f) * radius_a + min(length(vb.angular) * dt, 1.0f) * radius_b;
   return margin_at_rest(radius_a, radius_b, dt) + approach * dt + turning;
 }
 
-/// Friction lives in a frame that turns with A. A new manifold keeps the old tangent as closely as its normal allows,
-/// so that the impulses keep their directions in space.
+/// Friction is expressed in a frame that turns with A. A new manifold keeps the old tangent as closely as its normal
+/// allows, so the impulses keep their directions in space.
 FATHOM_HD Vec3 continued_tangent(const ContactManifold& m, Vec3 normal) {
   const Vec3 old = mul_add(m.tangent, -dot(m.tangent, normal), normal);
   return length_squared(old) > 0.25f ? normalize(old) : any_perpendicular(normal);
 }
 
-/// Distributes a load over the points of `m` as an elastic bed would: pressure is linear in the plane, and points that
-/// would have to pull carry none. From four points it takes at most two rounds to get to the two that carry.
+/// Distributes a load over the points of `m` as an elastic foundation would: pressure is linear in the plane, and
+/// points that would have to pull carry none. From four points it takes at most two rounds to reach the two that carry.
 FATHOM_HD void share_out(ContactManifold& m, Vec3 at, float sum) {
   const Vec3 x = m.tangent, y = cross(m.normal, x);
   const int count = m.point_count();
@@ -109,8 +109,8 @@ FATHOM_HD void share_out(ContactManifold& m, Vec3 at, float sum) {
       // A load farther away tips over the same corner, and rounding would exceed what the points carry.
       const float inside = min(16 * fathom::sqrt(size / max(lx * lx + ly * ly, size)), 1.0f);
       lx *= inside, ly *= inside;
-      // In units of the patch, so that no product underflows; the small softness across a line makes two points no
-      // special case.
+      // In units of the patch, so no product underflows; the small softness across a line saves a special case for two
+      // points.
       xx = xx / size + 1e-4f, xy /= size, yy = yy / size + 1e-4f;
       const float scale = 1 / (size * (xx * yy - xy * xy));
       slope_x = (yy * lx - xy * ly) * scale, slope_y = (xx * ly - xy * lx) * scale;
@@ -125,7 +125,7 @@ FATHOM_HD void share_out(ContactManifold& m, Vec3 at, float sum) {
       total += m.impulses[i];
       if (carries[i] && share < 0) carries[i] = false, any_pulls = true;
     }
-    // A patch that is a point up to rounding may seem to pull everywhere.
+    // A patch that is a point up to rounding may appear to pull everywhere.
     const bool is_sound = total > 0 && total < 1e30f;
     for (int i = 0; i < max_manifold_points; ++i)
       if (i < count) m.impulses[i] = is_sound ? m.impulses[i] * (sum / total) : sum / static_cast<float>(count);
@@ -142,7 +142,7 @@ FATHOM_HD void set_manifold(ContactManifold& to, const Manifold& from, const Pos
   std::uint32_t old_features[max_manifold_points];
   float old_impulses[max_manifold_points];
   const int old_count = to.point_count();
-  // Loops of constant length, so that GPUs keep these arrays in registers.
+  // Loops have constant length: GPUs keep these arrays in registers.
   for (int i = 0; i < max_manifold_points; ++i) {
     old_features[i] = i < old_count ? to.points[i].feature : 0;
     old_impulses[i] = i < old_count ? to.impulses[i] : 0;

@@ -62,7 +62,7 @@ class MechanismSolver : public LinkSolver<Access> {
   FATHOM_HD void prepare(const Mechanism& m) const {
     each(m, [&](std::uint32_t i) { prepare_link(i); });
   }
-  /// Applies the last step's impulses, or forgets them. Along arms that have turned since they may spin a thin rod
+  /// Applies the last step's impulses, or forgets them. Along arms that have turned since, they may spin a thin rod
   /// about its axis several times per substep, which contacts would mistake for surface speed; then all of them are
   /// dropped.
   FATHOM_HD void warm_start(const Mechanism& m, float h, bool forgets) const {
@@ -223,7 +223,7 @@ class MechanismSolver : public LinkSolver<Access> {
 
   /// Removes the effect of the last substep's impulses. Along arms that have turned they would cancel only up to
   /// rounding, from which light bodies on long arms make ever larger impulses. Not where a rod has turned so far that
-  /// removing them would spin it about its axis, though they never gave it that spin: it would be thrown the other way.
+  /// removing them would spin it about its axis: they never gave it that spin, and it would be thrown the other way.
   FATHOM_HD void start_anew(const Mechanism& m, float h) const {
     if (all(m, [&](std::uint32_t i) { return is_sound_without_carried(i, h); }))
       each(m, [&](std::uint32_t i) { this->give_carried(i, -1); });
@@ -273,7 +273,7 @@ class MechanismSolver : public LinkSolver<Access> {
     substitute(m, 1);
     look_ahead(m, h);
   }
-  /// Takes rounds while another one helps, up to `newton_rounds` in all. Returns whether any was taken.
+  /// Takes up to `newton_rounds` rounds in all while another one helps. Returns whether any was taken.
   FATHOM_HD bool take_more_rounds(const Mechanism& m, float h) const {
     for (int round = 1; round < newton_rounds; ++round) {
       aim_ahead(m, h);

@@ -1,6 +1,6 @@
 // Bodies that start inside each other, because they were created or moved there. Pure, for host and device.
 //
-// Pushed out at once, they would arrive at the surface with a velocity that one relax sweep cannot remove where several
+// Pushed out at once, they would reach the surface with a velocity that one relax sweep cannot remove where several
 // contacts share a body: stacks hop, and nothing presses until they have come down again. So the initial depth counts
 // as touching for the lifetime of the contact, and fades over some tenths of a second. The bodies carry each other from
 // the first step and rise slowly.
@@ -20,9 +20,9 @@ FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) 
 
 /// Depth that counts as touching where a contact begins (m): that of its deepest point, less the `sag` (m) of springs
 /// under a body's own weight, so that they press. Zero where that depth exceeds 10 cm or a tenth of the thinner shape's
-/// half thickness: a deeper body might be pushed through by its load. Bouncing bodies carry nothing, and where hits
-/// have turned bodies within a step they may be unexpectedly deep inside others: they may start at a larger share of
-/// the half thickness, and bounce from there as usual.
+/// half thickness: a load might push a deeper body through. Bouncing bodies carry nothing, and a hit may turn a body
+/// within a step and leave it unexpectedly deep in another. They may start at a larger share of the half thickness, and
+/// bounce from there as usual.
 FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b,
                               float sag) {
   float nearest = 0;
@@ -36,8 +36,8 @@ FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_t
 /// Factor by which an overlap fades within a step of length dt (s).
 FATHOM_HD float overlap_kept(float dt) { return overlap_time / (overlap_time + dt); }
 
-/// The rest of `overlap` after a step with the factor `kept`; the nearest points are `nearest` (m) apart. Never more
-/// than the shapes overlap, so that bodies that have parted meet at the surface again.
+/// What remains of `overlap` after a step with the factor `kept`; the nearest points are `nearest` (m) apart. Never
+/// more than the shapes overlap: bodies that have parted meet at the surface again.
 FATHOM_HD float faded_overlap(float overlap, float nearest, float kept) {
   return min(kept * overlap, max(-nearest, 0.0f));
 }

@@ -1,7 +1,7 @@
 // Loads that sweeps alone cannot carry, and the inertia that they add to bodies. Pure, for host and device.
 //
 // A sweep passes on as much momentum as a contact's effective mass has at the approach speed, and the contact's spring
-// gives way in inverse proportion to that mass. So a pebble under a boulder needs more sweeps in proportion to the mass
+// yields in inverse proportion to that mass. A pebble under a boulder thus needs more sweeps in proportion to the mass
 // ratio, and sinks in meanwhile. While a body lies still under such a load it is therefore solved with a
 // correspondingly higher mass, though with its true weight: at rest the impulses are those of the true masses, and both
 // convergence and stiffness are those of bodies that match their load. A body that stands on nothing keeps its own
@@ -28,31 +28,31 @@ FATHOM_HD float sweep_load(float half_thickness, float stiffness) {
   return min(buckling_load * root, thin_load * x);
 }
 
-/// Load beyond which a contact makes its bodies more inert, in the unit of `sweep_load` and never below it: where its
-/// spring gives way by `inertia_compression` of the thinner body's half thickness. Sway of a stack of equal bodies
-/// needs no inertia.
+/// Load beyond which a contact raises its bodies' inertia, in the unit of `sweep_load` and never below it: where its
+/// spring yields by `inertia_compression` of the thinner body's half thickness. Sway of a stack of equal bodies needs
+/// no inertia.
 FATHOM_HD float inertia_load(float half_thickness, float stiffness) {
   return max(sweep_load(half_thickness, stiffness), inertia_compression * half_thickness * stiffness);
 }
 
 /// The lasting load (N·s) of a contact: its `impulse` over a step less the momentum that its two bodies gained from all
-/// that acts on them. Without this a body made inert by a load would hit harder, and so seem to carry more.
+/// that acts on them. Otherwise a body whose inertia a load has raised would hit harder, and so seem to carry more.
 FATHOM_HD float lasting_load(float impulse, float gained_a, float gained_b) {
   return max(impulse - (gained_a + gained_b), 0.0f);
 }
 
 /// The inertia, as a factor on the body's own, that a contact with a lasting load of `ratio` times its `inertia_load`
-/// wants for one of its bodies: so that the contact gives way by a quarter as much as it otherwise would, however much
-/// it carries. The lighter body gets most of it. `inverse_mass` is the body's true one, `inverse_sum` that of both
-/// (1/kg), `heaviest` the mass (kg) of the heaviest body that it is in contact with, directly or through others: more
-/// than `max_inertia` times that is never useful, and pressed bodies that move about could hit ever harder.
+/// wants for one of its bodies: the contact then yields a quarter as much as it otherwise would, however much it
+/// carries. The lighter body gets most of it. `inverse_mass` is the body's true one, `inverse_sum` that of both (1/kg),
+/// `heaviest` the mass (kg) of the heaviest body that it is in contact with, directly or through others: more than
+/// `max_inertia` times that is never useful, and pressed bodies that move about could hit ever harder.
 FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_sum, float heaviest) {
   const float most = max(max_inertia * heaviest * inverse_mass, 1.0f);
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
 
 /// A body's inertia factor in the next step, where contacts want it to be `wanted`. It follows the load slowly: a
-/// moving body whose inertia grows at once gains energy, and one whose inertia follows each impulse shakes.
+/// moving body gains energy if its inertia grows at once, and shakes if its inertia follows each impulse.
 FATHOM_HD float next_inertia_scale(float scale, float wanted) {
   return max(clamp(wanted, inertia_decay * scale, inertia_growth * scale), 1.0f);
 }

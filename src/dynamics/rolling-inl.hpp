@@ -1,8 +1,8 @@
 // The row of a contact's rolling resistance over a lane type L; included after dynamics/contact-inl.hpp.
 
 /// Brakes the relative angular velocity, limited by `length` (m) times `load`, the sum of the points' impulses (N·s).
-/// The impulse goes along that velocity, as far as it removes most energy. `old` and the result are angular impulses,
-/// plus on B and minus on A, accumulated over the substep (N·m·s, world axes).
+/// The impulse points along that velocity, and stops where it removes the most energy. `old` and the result are angular
+/// impulses, plus on B and minus on A, accumulated over the substep (N·m·s, world axes).
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION VecOf<L> solve_rolling(Bodies& bodies, L length, L load, VecOf<L> old) {
   const L limit = length * load;

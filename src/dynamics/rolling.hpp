@@ -1,12 +1,11 @@
 // Friction that keeps round bodies from rolling and spinning forever. Pure, for host and device.
 //
-// A sphere or a capsule touches in a point, a real one in a small patch, which adds two couples:
+// A sphere or a capsule touches in a point, a real one in a small patch. The patch adds two couples:
 //
 // * Spin about the normal is braked by Coulomb's friction over the patch. For Hertz's pressure its couple is
 //   3π/16 µ N a, a the patch's radius; a² = R d for a sphere of radius R that is pressed in by d (Johnson, "Contact
-//   Mechanics", 1985, 4.2 and 7.4). Here d is a ten-thousandth of R, so a = R/100.
 // * Rolling is braked because a material gives back less than is put into it: the normal force acts a little ahead of
-//   the middle, by `Material::rolling_resistance` times R (Johnson, 9.4). It is off unless a material asks for it, and
+//   the centre, by `Material::rolling_resistance` times R (Johnson, 9.4). It is off unless a material asks for it, and
 //   its data is stored separately.
 #pragma once
 

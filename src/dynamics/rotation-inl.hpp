@@ -68,10 +68,10 @@ FATHOM_LANE_FUNCTION Vec3 step_torque_free_spin(Quat& q, Vec3& spin, const SymMa
 }
 
 /// The same for a body in contact with angular velocity `w` in world axes. Contacts see the body in its orientation
-/// `start` at the start of the step, and `w` is its spin turned by that. If it were the true angular velocity, contacts
-/// would push a body of one orientation with the inertia of another, and what they remove from the spin about a rod's
-/// axis would come back multiplied about the other axes: energy from nothing, without bounds at 50:1. This way the
-/// energy that contacts see is the body's.
+/// `start` at the start of the step, and `w` is its spin turned by that. With the true angular velocity, contacts would
+/// push a body of one orientation with the inertia of another, and what they remove from the spin about a rod's axis
+/// would come back multiplied about the other axes: energy from nothing, unbounded at 50:1. This way the energy that
+/// contacts see is the body's.
 FATHOM_LANE_FUNCTION Vec3 step_torque_free_in_contact(Quat& q, const Quat& start, Vec3& w, const SymMat3& inertia,
                                                       const SymMat3& inverse_inertia, Real h) {
   Vec3 spin = inverse_rotate(start, w);
@@ -80,8 +80,8 @@ FATHOM_LANE_FUNCTION Vec3 step_torque_free_in_contact(Quat& q, const Quat& start
   return turned_by;
 }
 
-/// The rotation vector (rad) that takes `start` to `q`, of at most three half turns; of the possible ones that nearest
-/// to `near`. Rotation vectors of a spin whose axis changes do not add up, and a joint's arms follow the body.
+/// The rotation vector (rad) that takes `start` to `q`, of at most three half turns; of the possible ones, the one
+/// nearest to `near`. Rotation vectors of a spin whose axis changes do not add up, and a joint's arms follow the body.
 FATHOM_LANE_FUNCTION Vec3 turned_so_far(const Quat& q, const Quat& start, Vec3 near) {
   const Quat product = q * conjugate(start);
   const Quat turned = select(product.w < 0.0f, Quat{-product.w, -product.x, -product.y, -product.z}, product);

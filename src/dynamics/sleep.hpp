@@ -1,8 +1,8 @@
 // When a body is slow, and when it is at rest. Pure, for host and device.
 //
-// An island falls asleep once it has been slow for a while and rests: a contact acts on each of its bodies, and one of
-// these contacts is with something that cannot be pushed. A slow body without that sinks, rises or drifts, the normal
-// case under water; it falls asleep only if it does not move at all.
+// An island falls asleep once it has been slow for a while and is supported: a contact acts on each of its bodies, and
+// one of these contacts is with something that cannot be pushed. Without that a slow body sinks, rises or drifts, as is
+// normal under water; it falls asleep only if it does not move at all.
 #pragma once
 
 #include <fathom/world.hpp>
@@ -15,7 +15,7 @@ namespace fathom {
 FATHOM_HD float speed_of(const Velocity& v, float radius) { return length(v.linear) + length(v.angular) * radius; }
 
 /// Whether a body is slow enough to fall asleep in time. `moved` is the distance (m) that contacts moved it within a
-/// step dt (s): being pushed out of another body moves it without leaving a velocity.
+/// step dt (s): being pushed out of another body moves a body without leaving it a velocity.
 FATHOM_HD bool is_slow(const Velocity& v, Vec3 moved, float radius, float slow_below, float dt) {
   return speed_of(v, radius) < slow_below && length(moved) < slow_below * dt;
 }

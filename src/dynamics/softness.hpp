@@ -51,7 +51,7 @@ inline float contact_sag(const WorldDef& def) {
 }
 
 /// Time (s) by which friction extrapolates the arms of kinematic bodies (`carried_speed`): to the middle of the next
-/// substep of length `h` (s). Warm starting turns what rests on them by a substep more before it moves.
+/// substep of length `h` (s). Warm starting turns a body that rests on them for one more substep before it moves.
 inline float friction_lead(const SolverSettings& settings, float h) {
   return settings.method == Solver::soft && settings.warm_start ? -0.5f * h : 0.5f * h;
 }
@@ -61,7 +61,7 @@ inline float bounce_threshold(const WorldDef& def, float h) {
   return max(def.solver.restitution_threshold, h * length(def.gravity));
 }
 
-/// The contact's coefficient from those of its two materials; of two different rules the later one in CombineRule wins.
+/// The contact's coefficient from those of its two materials; if their rules differ, the later one in CombineRule wins.
 FATHOM_HD float combine(float a, float b, CombineRule rule_a, CombineRule rule_b) {
   switch (rule_a > rule_b ? rule_a : rule_b) {
     case CombineRule::average:

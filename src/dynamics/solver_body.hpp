@@ -5,9 +5,9 @@
 
 namespace fathom {
 
-/// Four quads, so that 4×4 transposes turn the bodies of neighbouring lanes into vectors. The fourth
-/// elements of the last two hold the inverse mass and, for isotropic bodies, the inverse inertia; those of
-/// the first two stay zero, so that (position, rotation) += h·(linear, angular) is one vector operation.
+/// Four quads: 4×4 transposes turn the bodies of neighbouring lanes into vectors. The fourth elements of the last two
+/// hold the inverse mass and, for isotropic bodies, the inverse inertia; those of the first two stay zero, so
+/// (position, rotation) += h·(linear, angular) is one vector operation.
 struct alignas(64) SolverBody {
   Vec3 linear;
   float zero0 = 0;
@@ -41,7 +41,7 @@ struct alignas(64) WarmStart {
 };
 
 /// Data needed only by bodies with several principal moments: inverse inertia in world axes at the start of the step,
-/// and the rotation since. Three quads. The pose stays unchanged until the step ends, so that the step can be repeated.
+/// and the rotation since. Three quads. The pose stays unchanged until the step ends: the step can be repeated.
 struct alignas(16) WorldInertia {
   float xx = 0, yy = 0, zz = 0, xy = 0;
   float xz = 0, yz = 0, pad0 = 0, pad1 = 0;

@@ -1,14 +1,14 @@
 // Direct solution of supports: how a structure at rest passes its load to the ground. Pure, for host and device.
 //
 // A sweep carries a change from one contact to the next, so a heavy load or a tall structure needs many sweeps, and
-// meanwhile its contacts give way. But where every contact of a structure presses and none slips, the velocities are
+// meanwhile its contacts yield. But where every contact of a structure presses and none slips, the velocities are
 // known: the bodies move as one with what they stand on. Only the distribution of impulses is unknown. The contact
 // graph's levels (Guendelman, Bridson, Fedkiw, "Nonconvex Rigid Bodies with Stacking", SIGGRAPH 2003) order the work: a
-// body's *supports* are its contacts with bodies nearer to the ground. From the top level down each body asks its
-// supports for the momentum that brings it, and all that it carries, to the common motion; of all ways to share that
-// among the points it takes the one that is least in proportion to what they already carry. What contacts cannot give,
-// because they would pull or slip, is left out, and the structure goes the fraction of the way that leaves it the least
-// kinetic energy. So a solution never adds energy, whatever it could not hold.
+// body's *supports* are its contacts with bodies nearer to the ground. From the top level down, each body asks its
+// supports for the momentum that brings it, and all that it carries, to the common motion. Of all ways to share that
+// among the points it takes the one that is least in proportion to what they already carry. Impulses that contacts
+// cannot give, because they would pull or slip, are left out, and the structure goes the fraction of the way that
+// leaves it the least kinetic energy. A solution therefore never adds energy, whatever it could not hold.
 #pragma once
 
 #include "dynamics/contact_rows.hpp"
@@ -123,7 +123,7 @@ FATHOM_HD void weigh_points(SupportRows& r, const ContactImpulses& impulses, std
     r.weight[i] = touches >> i & 1u ? impulses.normal[i] + base : 0.0f;
     sum += r.weight[i];
   }
-  // A slippery contact must not be asked for more friction than it has.
+  // Do not ask a slippery contact for more friction than it has.
   r.slide_weight = sum * min(2 * r.friction, 1.0f);
 }
 
@@ -272,9 +272,9 @@ FATHOM_HD float best_part(float slope, float curvature) {
   return curvature > 0 ? clamp(-slope / curvature, 0.0f, 1.0f) : 0.0f;
 }
 
-/// How far bodies of `mass` (kg) are held, 0 to 1, by a solution that leaves them twice the kinetic energy `energy`
-/// (J): not at all where they still move at `unheld_share` of the speed `fall` (m/s) that a fall gains in a substep.
-/// Springs that give way must damp what a solution does not hold.
+/// How far a solution that leaves bodies of `mass` (kg) twice the kinetic energy `energy` (J) holds them, 0 to 1: not
+/// at all where they still move at `unheld_share` of the speed `fall` (m/s) that a fall gains in a substep. Springs
+/// that yield must damp what a solution does not hold.
 FATHOM_HD float part_held(float energy, float mass, float fall) {
   const float unheld = unheld_share * fall;
   return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * unheld * unheld)), 1.0f);

@@ -23,7 +23,7 @@ Mover mover(const SurfaceTriangle& t, const Mover& surface, const Pose& b_in_a) 
 /// How b gets over the surface `a` within dt (s), in a's frame.
 struct Sweep {
   Vec3 way;      ///< m, of b's centre
-  float around;  ///< m that a point of b may be beside where it gets by that way alone
+  float around;  ///< m, how far beside that way a point of b may get
 };
 Sweep sweep_of(const Mover& a, const Mover& b, const Pose& b_in_a, float dt) {
   const Vec3 way =
@@ -32,7 +32,7 @@ Sweep sweep_of(const Mover& a, const Mover& b, const Pose& b_in_a, float dt) {
   // An arc leaves its chord by no more than an eighth of its angle times its length.
   const float bend = 0.125f * dt * length(a.velocity.angular) *
                      (length(way) + dt * length(a.velocity.angular) * length(b_in_a.position));
-  return {way, min(turn, 2.0f) * (b.radius - b.geometry.radius) + bend};  // what is round turns in place
+  return {way, min(turn, 2.0f) * (b.radius - b.geometry.radius) + bend};  // round shapes turn in place
 }
 
 /// Where a point would get too near to the back of a triangle, and the triangle's normal, in the surface's frame.
@@ -49,9 +49,9 @@ Stop first_stop(const Surface& surface, Vec3 from, Vec3 way, float depth, Surfac
   for (const std::uint32_t number : triangles) {
     const SurfaceTriangle t(surface.triangle(number), from);
     const float begin = -t.offset, descent = -dot(t.normal, way), least = min(depth, begin);
-    constexpr float along = 0.99999f;  // what goes along a triangle comes nearer by rounding
+    constexpr float along = 0.99999f;  // rounding brings a body that slides along a triangle nearer
     if (begin < 0 || begin - descent >= along * least || !(descent > 0)) continue;
-    // Where it goes through its plane it must be over the triangle.
+    // Where the path crosses the triangle's plane it must be over the triangle.
     const Vec3 through = (begin / descent) * way;
     bool is_over = true;
     for (int k = 0; k < 3; ++k) {
@@ -85,14 +85,14 @@ SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, floa
     const Vec3 normal = rotate(a.pose.rotation, triangle.normal);
     const float gap = separation_along(cores, of_triangle.pose, b.pose, normal);
     const float approach = dt * max_approach(of_triangle, b, normal);
-    // What touches it already, or all but, and comes no deeper is held by the contact as it is.
+    // The contact already holds a body that touches, or nearly, and gets no deeper.
     if (gap <= entry && approach - gap <= 2 * entry) return;
     if (gap > skin && approach < gap - skin) return;
     const Impact impact = first_impact(of_triangle, b, cores, dt, skin, normal);
     if (!impact.meets || !(impact.speed > 0)) return;
     const float deeper = max(impact.gap, 0.0f) + entry;
     const bool gets_deep = impact.speed * (dt - impact.time) >= deeper;
-    if (impact.time > 0 && !gets_deep) return;  // the next step sees it touch
+    if (impact.time > 0 && !gets_deep) return;  // the next step will see it touch
     earliest = min(earliest, gets_deep ? impact.time + deeper / impact.speed : dt);
   };
   for (const EightTriangles& eight : scratch.eights)
@@ -116,7 +116,7 @@ CentreWay centre_way(const Mover& a, const Mover& b, const Pose& end_a, const Po
     way -= dot(stop.normal, way) * stop.normal;
     result.normals[result.stops++] = rotate(end_a.rotation, stop.normal);
   }
-  // In a corner of that many triangles it stays where it was stopped last.
+  // In a corner of that many triangles it stays where the last one stopped it.
   if (result.stops < CentreWay::max_stops) from += way;
   result.end = transform(end_a, from);
   return result;

@@ -1,5 +1,5 @@
-// What a fast body will touch of a surface within a step, and how far its way there is free (dynamics/look_ahead.hpp,
-// triangle by triangle).
+// What part of a surface a fast body will touch within a step, and how far its way there is free
+// (dynamics/look_ahead.hpp, triangle by triangle).
 #pragma once
 
 #include "dynamics/look_ahead.hpp"
@@ -18,13 +18,13 @@ struct SurfaceAhead {
 SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, float margin, float rest, float half,
                         float dt, SurfaceScratch& scratch);
 
-/// Where b's centre gets to on its way to `end_b`, while the surface goes to `end_a`, if it comes no nearer to the back
-/// of a triangle than `depth` (m), or than it was: from there on it goes along the triangle.
+/// Where b's centre gets to on its way to `end_b`, while the surface goes to `end_a`, if it may come no nearer to the
+/// back of a triangle than `depth` (m), or than it was: from there on it moves along the triangle.
 struct CentreWay {
   static constexpr int max_stops = 4;
   int stops = 0;
   Vec3 normals[max_stops];  ///< of the triangles that stopped it, world axes
-  Vec3 end;                 ///< m, world; where nothing stopped it, unset
+  Vec3 end;                 ///< m, world; unset if nothing stopped it
 };
 CentreWay centre_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, float depth,
                      SurfaceScratch& scratch);

@@ -57,7 +57,7 @@ FATHOM_HD Aabb region_of(const Mover& other, const Mover& of, float dt, float ro
   return grown(way, 1.01f * (other.radius + room + round));
 }
 
-/// The cores of two bodies, clipped to what the other may reach.
+/// The cores of two bodies, clipped to the other's reach.
 struct NearCores {
   Core a, b;
   bool meet = false;  ///< false: they cannot reach each other
@@ -123,13 +123,13 @@ struct Approach {
     within_b = max(reach_b - height_b, 0.0f);
   }
 
-  /// Time (s) before which they cannot come nearer by `distance` > 0 (m); 3e38 if they never can.
+  /// Time (s) before which they cannot approach by `distance` > 0 (m); 3e38 if they never can.
   FATHOM_HD float time_for(float distance) const {
     const bool is_a_first = turning_a > 0 && within_a * turning_b <= within_b * turning_a;
     const float turning[] = {is_a_first ? turning_a : turning_b, is_a_first ? turning_b : turning_a, 0};
     const float within[] = {is_a_first ? within_a : within_b, is_a_first ? within_b : within_a, 0};
     float speed = straight + (turning_a + turning_b), turned = 0;
-    // While turning brings both forward, then one, then neither.
+    // First turning brings both forward, then one, then neither.
     for (int i = 0; i < 3; ++i) {
       if (!(speed > 0)) return 3e38f;
       const float time = (distance - turned) / speed;
@@ -164,8 +164,8 @@ FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores& 
          forward(b, cores.b, pose_b.rotation, -n, -dot(n, at.on_b));
 }
 
-/// Time (s) for which bodies at these poses cannot come nearer by `distance` > 0 (m), along an axis that is fixed, that
-/// turns as so far (`turn`, rad/s), or that turns with either body; it may exceed `left`. Over shorter spans the bounds
+/// Time (s) for which bodies at these poses cannot approach by `distance` > 0 (m), along an axis that is fixed, that
+/// keeps turning (`turn`, rad/s), or that turns with either body; it may exceed `left`. Over shorter spans the bounds
 /// are tighter.
 FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
                            const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float left, float distance) {
@@ -187,7 +187,7 @@ FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores& core
   return safe;
 }
 
-/// About the direction of greatest separation, in world axes, of shapes at these poses.
+/// An approximate direction of greatest separation, in world axes, of shapes at these poses.
 FATHOM_HD Vec3 direction_apart(const NearCores& cores, const Pose& a, const Pose& b, Vec3 guess, float tolerance) {
   const Vec3 local = inverse_rotate(a.rotation, guess);
   return rotate(a.rotation, gap_between(cores.a, cores.b, make_frame(relative(a, b)), local, tolerance).normal);
@@ -201,7 +201,7 @@ struct Impact {
   Vec3 normal;      ///< of the gap, from A to B, in world axes
 };
 
-/// Whether, and when first, the bodies come nearer to each other than `skin` (m) within `dt` (s). `guess`: about the
+/// Whether, and when first, the bodies get closer to each other than `skin` (m) within `dt` (s). `guess`: approximate
 /// direction from A to B in world axes.
 FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& cores, float dt, float skin,
                               Vec3 guess) {
@@ -215,7 +215,7 @@ FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& c
     const Pose at_a = advanced(a.pose, a.velocity, impact.time), at_b = advanced(b.pose, b.velocity, impact.time);
     const Vec3 local = inverse_rotate(at_a.rotation, impact.normal);
     const float left = dt - impact.time;
-    // Many directions show that they pass, long before that of greatest separation is found.
+    // Many directions show that they pass, long before the search finds that of greatest separation.
     const auto shows = [&](const Gap& found) {
       const float gap = found.distance - cores.radii();
       if (!(gap > skin)) return false;

@@ -1,5 +1,5 @@
 // When two bodies touch and when they hit each other, as reported to the application. Contacts begin before bodies
-// meet, so that the solver can stop them at the surface; that is not a touch yet. Pure, for host and device.
+// meet, because the solver has to stop them at the surface; that is not a touch yet. Pure, for host and device.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace fathom {
 
 /// How often a millimetre is halved to get the distance at which bodies touch without pressing: until it is at most a
-/// hundredth of the smaller body's bounding radius (m). Contacts store it in four bits.
+/// hundredth of the smaller body's bounding radius (m). Contacts store this count in four bits.
 FATHOM_HD std::uint32_t touch_halvings(float smaller_radius) {
   std::uint32_t halvings = 0;
   for (float radius = 0.1f; halvings < 15 && radius > smaller_radius; radius *= 0.5f) ++halvings;
@@ -25,7 +25,7 @@ FATHOM_HD float touch_distance(std::uint32_t halvings, bool touched) {
   return (touched ? parting_distance : touching_distance) * halved;
 }
 
-/// Where and how fast two bodies meet.
+/// Where and how fast two bodies hit each other.
 struct Hit {
   Vec3 point;               ///< in the world (m)
   Vec3 normal;              ///< in the world, from A to B

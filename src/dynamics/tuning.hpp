@@ -11,17 +11,17 @@ namespace fathom {
 // --- contacts (docs/solver.md, Stiffness and damping) ----------------------------------------------------------------
 
 /// Maximum frequency of a contact's spring, as a fraction of the substep rate. Stiffer springs shake pyramids apart,
-/// softer ones give way under load.
+/// softer ones yield under load.
 inline constexpr float contact_rate = 0.15f;
-/// Factor by which springs against bodies that cannot be pushed are stiffer; their frequency is twice as high.
+/// Factor on the stiffness of springs against bodies that cannot be pushed: twice the frequency.
 inline constexpr float fixed_stiffness_ratio = 4;
 /// Mass ratio above which a pair is uneven, and the factor on the leak of its light body's contact (`stiffen_uneven`;
 /// docs/log/2026-11-22-loads.md).
 inline constexpr float uneven_ratio = 8.0f, uneven_share = 0.5f;
-/// Mean distance of a patch's area from its centre over that of its corners, which are the contact's points, because
+/// Mean distance of a patch's area from its centre, relative to that of its corners (the contact's points), because
 /// pressure is spread over the patch. For a square (√2 + ln(1 + √2)) / (3 √2) = 0.541, for a rectangle of 2 to 1 0.53,
-/// for a line 0.5. Slightly larger here, because below 0.55 towers of narrow blocks turn on each other
-/// (docs/validation.md, Kapla).
+/// for a line 0.5. Slightly larger here: below 0.55, towers of narrow blocks turn on each other (docs/validation.md,
+/// Kapla).
 inline constexpr float patch_share = 0.56f;
 /// Points whose separation exceeds the nearest one's by more than this (m) are only expected to touch: friction does
 /// not act there (tests/solver_test.cpp).
@@ -43,8 +43,8 @@ inline constexpr float max_first_overlap = 0.1f, first_overlap_share = 0.1f, bou
 /// Depth that a contact may keep under a load: a share of the thinner body's half thickness, but at least a millimetre
 /// and at most the larger share (`lasting_depth`).
 inline constexpr float lasting_depth_share = 0.01f, min_lasting_depth = 0.001f, max_lasting_depth_share = 0.1f;
-/// m/s against each other up to which pressed bodies count as resting: their contact's lift grows, and its impulse
-/// counts as a load, not a rebound (`solve_points`).
+/// Relative speed (m/s) up to which pressed bodies count as resting: their contact's lift grows, and its impulse counts
+/// as a load, not a rebound (`solve_points`).
 inline constexpr float pressed_speed = 0.03f;
 /// Rates (1/s) at which lifts grow, under loads up to `light_load` times the bodies' weight, and fade; lifts up to
 /// `lift_gone` (m) are dropped (docs/log/2026-11-27-lifts.md).
@@ -55,12 +55,12 @@ inline constexpr float touching_distance = 0.001f, parting_distance = 0.002f;
 
 // --- manifolds that are kept (docs/architecture.md, One step; docs/log/2026-11-23-friction-patches.md) ---------------
 
-/// m, and share of the smaller bounding radius, by which bodies may have moved against each other.
+/// m, and share of the smaller bounding radius: relative movement of the bodies up to which a manifold is kept.
 inline constexpr float max_recycle_distance = 0.005f, recycle_share = 0.01f;
 /// Share of a manifold's load below which a point carries nothing, and from which a single point carries everything
 /// (`leans`).
 inline constexpr float idle_share = 0.01f, corner_share = 0.98f;
-/// Sine of half the angle (5 mrad) by which bodies may have turned against each other since a manifold was made.
+/// Sine of half the relative angle (5 mrad) by which bodies may turn before their manifold is rebuilt.
 inline constexpr float recycle_sine_of_half_angle = 0.0025f;
 /// Steps that the load gets to settle on newly chosen corners.
 inline constexpr std::uint8_t steps_to_settle = 15;
@@ -69,8 +69,7 @@ inline constexpr std::uint8_t steps_to_settle = 15;
 
 /// m, and share of a body's radius, of half the speculative margin (`half_speculative_margin`).
 inline constexpr float half_margin = 0.01f, half_margin_share = 0.05f;
-/// m, and share of a body's radius, by which the broad phase's box is larger on each side. Bodies set 10 cm apart are
-/// not pairs.
+/// m, and share of a body's radius: margin of the broad phase's box on each side. Bodies set 10 cm apart are not pairs.
 inline constexpr float fat_margin = 0.03f, fat_margin_share = 0.1f;
 /// Steps of movement by which the box reaches ahead, and the maximum reach as a share of the radius: each step ahead
 /// costs pairs that never touch.
@@ -78,32 +77,32 @@ inline constexpr float fat_steps_ahead = 8, fat_reach_share = 0.25f;
 
 // --- surfaces and rolling (docs/solver.md, Moving surfaces, Rolling) -------------------------------------------------
 
-/// m/s at which a body on a moving surface goes with it, and stays awake: one that is held in place trembles less.
+/// Speed (m/s) at which a body on a moving surface is carried along, and stays awake: a body held in place trembles
+/// less.
 inline constexpr float min_speed_with_surface = 1e-3f;
-/// Sine of the angle by which a surface may move out of its contact's plane, so that a body may go with it.
+/// Sine of the angle by which a surface may move out of its contact's plane and still carry a body along.
 inline constexpr float max_sine_to_surface = 1e-3f;
-/// A round body in contact rolls on forever if its material has no rolling resistance, or creeps where the ground is
-/// not quite level. Up to `rest_speeds` times `SleepSettings::linear_speed` its spin is damped by `rest_damping` (1/s),
-/// so that it comes to rest; PhysX does the like below its stabilization threshold. A ball rolls freely on slopes of
-/// 0.5° and more.
+/// Without rolling resistance, a round body in contact rolls on forever, or creeps where the ground is not quite level.
+/// Up to `rest_speeds` times `SleepSettings::linear_speed` its spin is therefore damped by `rest_damping` (1/s), and it
+/// comes to rest; PhysX does something similar below its stabilization threshold. A ball still rolls freely on slopes
+/// of 0.5° and more.
 inline constexpr float rest_speeds = 4, rest_damping = 2;
 /// Fraction of `SleepSettings::linear_speed` up to which a body counts as not moving.
 inline constexpr float still_share = 1e-3f;
 
 // --- fast bodies (docs/solver.md, Fast pairs) ------------------------------------------------------------------------
 
-/// Relative movement within a step (m) that is slow for any pair, whatever its size.
+/// Relative movement within a step (m) that counts as slow for any pair, whatever its size.
 inline constexpr float slow_movement = 0.002f;
-/// Share of the thinner shape's half thickness by which bodies may move against each other within a step and still
-/// count as slow.
+/// Relative movement of two bodies within a step that counts as slow, as a share of the thinner shape's half thickness.
 inline constexpr float slow_share = 0.25f;
-/// Share of the thinner shape's half thickness to which touching bodies may be pressed together without being knocked
-/// back.
+/// Depth to which touching bodies may be pressed together without being knocked back, as a share of the thinner shape's
+/// half thickness.
 inline constexpr float pressed_share = 0.1f;
 /// m, and share of the thinner shape's half thickness, beyond which bodies are certainly apart (`skin_of`).
 inline constexpr float max_skin = 0.001f, skin_share = 0.02f;
 /// Maximum angle (rad) by which a body turns within a substep (docs/solver.md, Rotation). Rotations are exact for any
-/// angle; those of bodies with several principal moments are done in a bounded number of parts (rotation.hpp).
+/// angle; bodies with several principal moments turn in a bounded number of parts (rotation.hpp).
 inline constexpr float max_turn = 16;
 /// Angle (rad) that one part of a torque-free step turns a body by (tests/rotation_test.cpp).
 inline constexpr float torque_free_part = 0.25f;
@@ -117,7 +116,7 @@ inline constexpr int max_torque_free_parts = static_cast<int>(max_turn / torque_
 inline constexpr float buckling_load = 1.8f, thin_load = 0.04f;
 /// Compression of a contact's spring above which inertia helps, as a share of the thinner body's half thickness.
 inline constexpr float inertia_compression = 0.03f;
-/// Maximum factor to which a body is made inert, on the mass of the heaviest body around.
+/// Maximum mass to which inertia raises a body, as a multiple of the heaviest body's around it.
 inline constexpr float max_inertia = 16;
 /// Maximum and minimum factor on a body's inertia from one step to the next.
 inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.8f;
@@ -137,7 +136,7 @@ inline constexpr int support_rounds = 3;
 /// Shares of a body's weight and of a contact's load that a point may take if it carries nothing yet.
 inline constexpr float weight_of_body = 0.1f, weight_of_contact = 0.02f;
 /// Fraction of its friction that a contact gives up in a solution, to be redistributed with the remainder: contacts
-/// that strain against each other, which no motion reveals, relax within some tens of substeps.
+/// that strain against each other without any motion relax within some tens of substeps.
 inline constexpr float support_renewal = 0.05f;
 /// Bodies left with this share of the speed that a fall gains in a substep count as not held.
 inline constexpr float unheld_share = 0.05f;
@@ -146,21 +145,22 @@ inline constexpr float unheld_share = 0.05f;
 
 /// A rigid joint is also a spring, with this fraction of the substep rate as its frequency, and this damping ratio.
 ///
-/// One sweep leaves most of what a long chain's slow modes need, and warm starting adds up its results. Per substep, if
-/// a sweep solves a share k of such a mode, the gap x follows D³x + a D²x + k (1 + s) Dx + k s b x = 0, where a, s and
-/// b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where (h ω)² < 1 +
+/// One sweep leaves most of what a long chain's slow modes need, and warm starting adds up the sweeps' results. If a
+/// sweep solves a share k of such a mode per substep, the gap x follows D³x + a D²x + k (1 + s) Dx + k s b x = 0, where
+/// a, s and b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where (h
+/// ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up in chains of five or more.
 /// s. A joint that gave nothing back (a = 0) would blow up in chains of five or more.
 inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 0.6f;
 /// Fraction of its error that a coupling closes in a substep if its bodies have no other couplings, and no joints
-/// except to bodies that cannot be pushed. Its one row then knows all that it moves, so it need not be as soft as rows
-/// in chains (`joint_softness`; docs/joints.md, Couplings).
+/// except to bodies that cannot be pushed. Its one row then sees everything that it moves, so it need not be as soft as
+/// rows in chains (`joint_softness`; docs/joints.md, Couplings).
 inline constexpr float alone_coupling_rate = 0.5f;
-/// Angle (rad) per substep beyond which the second order says nothing about an anchor's position
+/// Angle (rad) per substep beyond which the second-order expansion no longer predicts an anchor's position
 /// (docs/log/2026-11-23-generic-joints.md).
 inline constexpr float max_drift = 0.7f;
-/// Angle (rad) per substep by which the last substep's impulses may turn a body more or less than before, because the
-/// arms have turned since. For a body that is light about its anchor's arm, larger ones would say nothing about the
-/// current load: such impulses are reduced, and the sweep finds them again (docs/log/2026-11-24-joint-pairs.md).
+/// Angle (rad) per substep by which last substep's impulses may turn a body more or less than before, because the arms
+/// have turned since. For a body that is light about its anchor's arm, larger impulses say nothing about the current
+/// load: they are reduced, and the sweep finds them again (docs/log/2026-11-24-joint-pairs.md).
 inline constexpr float max_carry = 0.05f;
 /// Maximum speed (m/s) at which a rigid joint closes its gap.
 inline constexpr float max_pull = 60;
@@ -169,7 +169,7 @@ inline constexpr float max_pull = 60;
 
 /// Maximum number of revisions of limits and largest forces per substep.
 inline constexpr int max_revisions = 4;
-/// Maximum number of rounds to make anchors meet at a substep's end, and the shares of the arms' lengths within which
+/// Maximum number of rounds that make anchors meet at a substep's end, and the shares of the arms' lengths within which
 /// another round is not worthwhile, and within which anchors count as met.
 inline constexpr int newton_rounds = 3;
 inline constexpr float aimed_share = 1e-6f, meeting_share = 1e-3f;
@@ -177,16 +177,16 @@ inline constexpr float aimed_share = 1e-6f, meeting_share = 1e-3f;
 inline constexpr float stiffest_swing = 0.2f;
 /// Shares of a gap, and of the arms, by which gaps close per substep where anchors do not meet.
 inline constexpr float projection_share = 0.2f, closing_share = 0.01f;
-/// Maximum inertia of all that moves as one with a touching body, as a multiple of its own. A contact's rows know its
-/// two bodies' masses, not what a direct solution moves with them, and are stable up to some 25 times that: a table on
-/// light legs would hop on them and sink in.
+/// Maximum inertia of everything that moves as one with a touching body, as a multiple of its own. A contact's rows see
+/// its two bodies' masses, not what a direct solution moves with them, and are stable up to about 25 times that: a
+/// table on light legs would hop on them and sink in.
 inline constexpr float max_behind_a_contact = 24;
-/// Part of a rotation axis across the preceding ones below which it does not count as an independent axis.
+/// Component of a rotation axis across the preceding ones below which it does not count as independent.
 inline constexpr float min_axis_across = 0.1f;
 /// Tolerance on a drive's largest force, as a share of it.
 inline constexpr float drive_slack = 1e-5f;
-/// Softness of a loop's row relative to the response of its body alone, and the passes that find what nothing follows.
-/// Softer rows give way under load, stiffer ones gain energy in loops that only just fit together
+/// Softness of a loop's row relative to the response of its body alone, and the number of passes that find what nothing
+/// follows. Softer rows yield under load; stiffer ones gain energy in loops that barely fit together
 /// (docs/log/2026-11-25-loop-closures.md).
 inline constexpr float closure_softness = 1e-4f;
 inline constexpr int yielding_passes = 2;

@@ -6,9 +6,9 @@
 
 namespace fathom {
 
-/// Corrects the `way` of B that A stops, since neighbours of A may hide the feature that stops it: then only B's depth
-/// under an exposed face counts. Arguments are those of `free_way`; kept(b_in_a, margin, manifold) returns the part of
-/// a manifold that counts, a SeamManifold.
+/// Corrects the `way` of B that A stops, because neighbours of A may hide the feature that stops it: then only B's
+/// depth under an exposed face counts. Arguments are those of `free_way`; kept(b_in_a, margin, manifold) returns the
+/// part of a manifold that counts, a SeamManifold.
 template <bool with_hulls = true, class Kept>
 FATHOM_HD void find_way_over_seam(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b,
                                   const Apart& first, float half, float dt, const Kept& kept, FreeWay& way) {

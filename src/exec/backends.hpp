@@ -1,5 +1,5 @@
-// The devices that each back end reports. A back end that is not built is replaced by a stub (backends_absent.cpp), so
-// that the list of devices needs no conditional code.
+// The devices that each back end reports. A stub (backends_absent.cpp) replaces a back end that is not built, so the
+// list of devices needs no conditional code.
 #pragma once
 
 #include <vector>

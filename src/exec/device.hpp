@@ -72,7 +72,7 @@ concept Device = std::derived_from<D, Memory> &&
   device.parallel_groups(range, archetype::Groups{});  // the range counts work-groups
   device.parallel_phases(n, n, archetype::Phases{});   // most phases, most items of a phase
 
-  // Copies of `size` items; the host's end is pinned and stays untouched until the copy is done.
+  // Copies of `size` items; the host's memory is pinned and stays untouched until the copy is done.
   device.copy_to_device(words, read_words, size);
   device.copy_to_host(words, read_words, size);
   device.copy(words, read_words, size);

@@ -27,8 +27,8 @@ struct DeviceInfo {
   std::string why_not;  ///< if not available: the reason, and a remedy if there is one
 };
 
-/// The host first, then CUDA, then SYCL. A back end that is not built or finds no device has one unavailable entry, so
-/// that the list always gives the reason.
+/// The host first, then CUDA, then SYCL. A back end that is not built or finds no device has one unavailable entry: the
+/// list always gives the reason.
 FATHOM_COMPONENT_API std::vector<DeviceInfo> list_devices();
 
 /// The device that a user's text asks for; the machine may not have it.

@@ -11,9 +11,9 @@
 
 namespace fathom::exec {
 
-/// Maximum bytes of a kernel's members: every CUDA driver accepts so many as arguments.
+/// Maximum bytes of a kernel's members: every CUDA driver accepts this many as arguments.
 inline constexpr std::size_t max_kernel_bytes = 4000;
-/// Maximum bytes of local memory per work-group: every GPU offers so many by default.
+/// Maximum bytes of local memory per work-group: every GPU offers this many by default.
 inline constexpr std::size_t max_local_bytes = 48 * 1024;
 
 template <class K>
@@ -54,7 +54,7 @@ enum class Wait : std::uint32_t {
 /// Phases with a plan and prefetching. A work-group keeps one `Plan` in local memory, whose parts its items fill by
 /// `plan_part(plan, k)`, k < plan_parts, before the first phase; `cursor_at(plan, phase)` describes a phase, and
 /// `next(plan, cursor)` the one after it. An item may load data that no other item writes before its phase begins:
-/// `fetch` does so before the items wait for each other, so that the loads overlap the wait. Where `is_serial(plan,
+/// `fetch` does this before the items wait for each other, so the loads overlap the wait. Where `is_serial(plan,
 /// cursor)`, one work-item runs all items in order.
 ///
 /// Optional: `void report_overrun()`, called if there are more phases or items than were launched for; the excess is
@@ -144,7 +144,7 @@ constexpr bool wants_registers() {
   }
 }
 
-/// Whether an item of an item kernel is run by a team of work-items (math/team.hpp), on GPUs whose back end has teams:
+/// Whether a team of work-items (math/team.hpp) runs an item of an item kernel, on GPUs whose back end has teams:
 /// `static constexpr bool runs_in_teams`. In its call operator the team's leader writes, once all have read.
 template <class K>
 constexpr bool runs_in_teams() {

@@ -30,8 +30,8 @@ FATHOM_HD T load_unchanging(const T& x) {
 #endif
 }
 
-/// Whether work-items may wait for what others write while the kernel runs: requires all of them to be resident, and
-/// 16-byte accesses to be single.
+/// Whether work-items may wait for data that others write while the kernel runs: requires that all of them be resident,
+/// and that 16-byte accesses be single.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
 inline constexpr bool can_wait_for_data = true;
 #else
@@ -71,7 +71,7 @@ FATHOM_HD bool all_ready(bool ready) {
 /// GPU forever: after some seconds the kernel traps, and the host sees that the device is lost.
 class Patience {
  public:
-  /// To be called after every unsuccessful poll, which takes more than half a microsecond.
+  /// Call it after every unsuccessful poll, which takes more than half a microsecond.
   FATHOM_HD void look_again() {
 #if defined(__CUDA_ARCH__)
     if (++looks_ == max_looks) __trap();

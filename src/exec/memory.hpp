@@ -7,7 +7,7 @@
 
 namespace fathom::exec {
 
-/// Base of every device. Allocation is rare (start and growth), so a virtual call costs nothing and lets `Buffer` be
+/// Base of every device. Allocation is rare (start and growth), so a virtual call costs nothing, and `Buffer` can be
 /// one type for all back ends. Throws DeviceError; never returns null for a size above 0.
 class Memory {
  public:
@@ -23,7 +23,7 @@ class Memory {
     bytes_in_use_ += bytes;
     return memory;
   }
-  /// Host memory that the device's copy engine reads and writes directly, so that copies are asynchronous.
+  /// Host memory that the device's copy engine reads and writes directly: copies are asynchronous.
   void* allocate_pinned(std::size_t bytes, const Where& where) {
     check_not_recording(bytes, where);
     return do_allocate_pinned(bytes, where);

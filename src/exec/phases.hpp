@@ -71,9 +71,9 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
   };
   constexpr bool waits_for_each = requires { kernel.wait_before(plan, cursor); };
   bool begins = false;
-  // One call of `fetch` and one of the kernel, in a single loop over items and phases: their code is long, and each
-  // copy would have to be fetched again; and where two loads merge, a register may have to be copied, which waits for
-  // its load.
+  // A single call of `fetch` and of the kernel, in one loop over items and phases: their code is long, and each copy
+  // would have to be fetched again. Also, where two loads merge, a register may have to be copied, which waits for its
+  // load.
   for (std::uint32_t phase = 0;;) {
     if (ends_at_empty && share.end == 0) return;
     typename Kernel::Fetched fetched;

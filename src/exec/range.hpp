@@ -20,8 +20,8 @@ inline void check_items(std::size_t items, const Where& where) {
 
 /// Items 0 … size()−1, where the size is known at submission, or is read on the device when it runs.
 ///
-/// With counts in device memory a whole step can be recorded once and replayed while counts change: the launch is sized
-/// by `capacity`, and work-items beyond the count return early. A count above the capacity (an overflowed counter) is
+/// With counts in device memory a whole step can be recorded once and replayed while counts change: `capacity` sizes
+/// the launch, and work-items beyond the count return early. A count above the capacity (an overflowed counter) is
 /// clamped to it, so no kernel writes past its buffers.
 struct Range {
   const std::uint32_t* count = nullptr;  ///< in device memory, or null: exactly `capacity` items

@@ -1,7 +1,7 @@
 // Reduction of any type by any associative operation, written with group kernels, the same for every back end.
 //
-// The order of the sum depends only on the number of items. So even a sum of floats has the same bits on every back end
-// and in every run, and minima and maxima need no library.
+// The order of the sum depends only on the number of items. Even a sum of floats thus has the same bits on every back
+// end and in every run, and minima and maxima need no library.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ namespace detail {
 inline constexpr std::uint32_t reduce_group_size = 256;
 inline constexpr std::uint32_t reduce_max_groups = 256;
 
-/// Number of work-groups for n items: another group pays off only if each has at least 8 rounds.
+/// Number of work-groups for n items: another group is worthwhile only if each has at least 8 rounds.
 FATHOM_HD std::uint32_t reduce_groups(std::uint32_t n) {
   const std::uint32_t groups = n / (8 * reduce_group_size) + 1;
   return groups < reduce_max_groups ? groups : reduce_max_groups;

@@ -85,7 +85,7 @@ inline PrincipalFrame principal_frame(const SymMat3& m) {
   }
   std::array<std::size_t, 3> order{0, 1, 2};
   std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return a[i][i] < a[j][j]; });
-  // An odd permutation of a right-handed frame is left-handed: turn one axis round.
+  // An odd permutation of a right-handed frame is left-handed: reverse one axis.
   const bool odd = order[1] != (order[0] + 1) % 3;
   eigen_detail::Matrix r{};
   for (std::size_t row = 0; row < 3; ++row) {

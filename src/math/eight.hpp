@@ -49,8 +49,8 @@ FATHOM_HD Eight min(Eight a, Eight b) { return {a.lane < b.lane ? a.lane : b.lan
 FATHOM_HD Eight select(EightInts mask, Eight a, Eight b) { return mask.lane != 0 ? a : b; }
 FATHOM_HD EightInts select(EightInts mask, EightInts a, EightInts b) { return mask.lane != 0 ? a : b; }
 
-// The following functions communicate with the other work-items. None is called on the host, for which nvcc compiles
-// them, too.
+// The following functions communicate with the other work-items. The host calls none of them, though nvcc compiles them
+// for it, too.
 
 /// 0, 1, …, 7.
 FATHOM_HD EightInts lane_numbers() { return {static_cast<std::int32_t>(team::item())}; }

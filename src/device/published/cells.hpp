@@ -5,13 +5,13 @@
 // part of all cells is a cell group; groups are processed one after the other. A constraint belongs to the lower of its
 // bodies' parts along each axis, so it reaches only into the next part, and constraints of one group in different cells
 // never share a body: work-groups need not wait for each other. (With the part of body A, as the text says, they would
-// share bodies in between, and two work-groups would change one body at the same time.) For this a part is at least as
-// large as the largest box of a body that can be pushed. Bodies that cannot be pushed are never written, so they
-// neither count for the grid's extents nor are marked.
+// share bodies in between, and two work-groups would change one body at the same time.) This requires that a part be at
+// least as large as the largest box of a body that can be pushed. Bodies that cannot be pushed are never written, so
+// they neither count for the grid's extents nor are marked.
 //
 // In its work-group a part's constraints are assigned to batches, in rounds: each marks both bodies in an array per
 // cell group, and a contact that owns both marks joins this round's batch. In the text any contact may win; here the
-// one with the higher hash of pair and step does, so that the outcome does not depend on timing.
+// one with the higher hash of pair and step does, so the outcome does not depend on timing.
 //
 // Constraints beyond the n_wi of a work-group, and those without a batch after the last round, are not solved in this
 // step; they are counted.
@@ -219,7 +219,7 @@ struct MakeBatches {
     std::uint32_t left = n, round = 0;
     for (; round < cells.rounds && left > 0; ++round) {
       group.once([&] { local.left = 0; });
-      // Later rounds have higher values, so that earlier marks need no clearing.
+      // Later rounds have higher values, so earlier marks need no clearing.
       const std::uint64_t base = std::uint64_t{round + 1} << 56;
       group.for_each(n, [&](std::uint32_t item) {
         if (batch[item] == none) mark(list, local.members[item], base | mine[item]);
@@ -243,7 +243,7 @@ struct MakeBatches {
   }
 
  private:
-  /// Differs from step to step, so that not always the same constraints lose.
+  /// Differs from step to step: not always the same constraints lose.
   FATHOM_HD std::uint64_t rank(std::uint32_t constraint) const {
     const PairRecord pair = constraints.bodies[constraint];
     constexpr std::uint64_t mask = (std::uint64_t{1} << 56) - 1;

@@ -1,15 +1,14 @@
 // The list that sweep-and-sort sweeps: projected minima of all boxes, ascending (dissertation, section 3.3.1).
 //
 // An element is the minimum's projection a·min(B) on the unit axis a with components ≥ 0 (conditions 3.3 and 3.4), as
-// bits that sort like the float, above the body's index, so that elements are unique and every target sorts
-// identically. Rounding keeps condition 3.4: each operation of the dot product is monotonic, so p ≤ q gives a·p ≤ a·q
-// in floats too.
+// bits that sort like the float, above the body's index: elements are unique and every target sorts identically.
+// Rounding keeps condition 3.4: each operation of the dot product is monotonic, so p ≤ q gives a·p ≤ a·q in floats too.
 //
-// After bodies were added or removed, the whole list is sorted by a bitonic merge sort, padded to a power of two n,
-// with one launch for each of its (log₂²n + log₂n)/2 steps. Otherwise it is nearly sorted: one launch sorts blocks in
-// local memory, and a second one blocks shifted by half a block, so that an element can move by at least half a block
-// per step. An element that moves farther is out of order for some steps, and pairs may be missed meanwhile: a property
-// of the method (docs/published-algorithms.md).
+// After bodies were added or removed, a bitonic merge sort sorts the whole list, padded to a power of two n, with one
+// launch for each of its (log₂²n + log₂n)/2 steps. Otherwise it is nearly sorted: one launch sorts blocks in local
+// memory, and a second one blocks shifted by half a block, so an element can move by at least half a block per step. An
+// element that moves farther is out of order for some steps, and pairs may be missed meanwhile: a property of the
+// method (docs/published-algorithms.md).
 #pragma once
 
 #include "device/access.hpp"

@@ -1,9 +1,9 @@
-// The sweep: each body scans forward from its minimum in the sorted list until its maximum is passed (condition 3.6),
+// The sweep: each body scans forward from its minimum in the sorted list until it passes its maximum (condition 3.6),
 // and stores the bodies whose boxes overlap its own (test 3.2) in its c slots.
 //
 // The contacts of the device simulator outlast a step, so only overlaps that are not contacts yet are passed on,
 // according to a table of contacts. Overlap of a pair's boxes in the previous step would not suffice as a criterion,
-// since the sweep may have missed it.
+// because the sweep may have missed it.
 #pragma once
 
 #include "device/published/order_boxes.hpp"
@@ -57,7 +57,7 @@ FATHOM_HD bool is_entered(const Sweep<>& sweep, std::uint32_t a, std::uint32_t b
 // The sweep ------------------------------------------------------------------------------------------------------
 
 /// One work-item per entry of the list. A wide body, such as a sea floor, would sweep over all bodies and need as many
-/// slots: n × c with c = n. So wide bodies are not in the list, and every other body tests itself against them.
+/// slots: n × c with c = n. Wide bodies are therefore not in the list; every other body tests itself against them.
 struct SweepBoxes {
   Bodies<> bodies;
   const Counters* counters;

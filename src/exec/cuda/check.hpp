@@ -9,7 +9,7 @@
 
 namespace fathom::exec::cuda {
 
-/// Throws unless `result` is success. Clears the runtime's last error, so that the next call is not blamed for it; a
+/// Throws unless `result` is success. Clears the runtime's last error, or the next call would be blamed for it; a
 /// crashed kernel cannot be cleared, and the text then says that the device is lost.
 void check(cudaError_t result, const char* what, const Where& where, std::size_t bytes = 0);
 

@@ -21,7 +21,7 @@ DeviceInfo describe(int index) {
     info.compute_units = static_cast<std::uint32_t>(properties.multiProcessorCount);
     result = cudaSetDevice(index);
   }
-  // Queries a kernel of this build: fails if it was built for other architectures.
+  // Queries a kernel of this build: this fails if it was built for other architectures.
   cudaFuncAttributes attributes;
   if (result == cudaSuccess) result = cudaFuncGetAttributes(&attributes, cuda::run_items<Fill<std::uint32_t>>);
   info.available = result == cudaSuccess;
@@ -95,7 +95,7 @@ void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, 
   int resident = 0;  // blocks that fit on a multiprocessor at once
   cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, static_cast<int>(threads), 0),
               "sizing parallel_phases", where);
-  // More blocks wait longer for each other; they pay off where they hide memory latency.
+  // More blocks wait longer for each other; they are worthwhile where they hide memory latency.
   const bool many = wanted > max_warps_of_few(size);
   const std::uint32_t max_blocks = (many ? static_cast<std::uint32_t>(resident) : 1u) * info_.compute_units;
   cuda::check(

@@ -127,8 +127,8 @@ class CudaDevice final : public Memory {
     parallel_for(Range::of(size, where), Fill<T>{to, value}, where);
   }
 
-  /// Key is std::uint32_t or std::uint64_t. A count in device memory costs a pass over the capacity: what lies
-  /// beyond the count sorts to the end as ones, and is left unspecified.
+  /// Key is std::uint32_t or std::uint64_t. A count in device memory costs a pass over the capacity: items beyond the
+  /// count sort to the end as ones, and are left unspecified.
   template <class Key>
   void sort_by_key(Scratch& scratch, Range range, Key* keys, std::uint32_t* values, int key_bits = 8 * sizeof(Key),
                    Where where = Where::current());
@@ -214,8 +214,8 @@ class CudaDevice final : public Memory {
     ++traffic_.launches;
   }
 
-  /// Blocks of a grid-stride launch. If the count is known, as many as needed. Otherwise blocks without work still cost
-  /// their start, so at most 16 per multiprocessor, one or two full loads.
+  /// Blocks of a grid-stride launch. As many as needed if the count is known. Otherwise blocks without work still cost
+  /// their start, so at most 16 per multiprocessor: one or two full loads.
   std::uint32_t blocks_for(Range range, std::uint32_t group_size) const {
     const std::uint32_t needed = (range.capacity + group_size - 1) / group_size;
     return range.count ? std::min(needed, 16 * info_.compute_units) : needed;

@@ -64,8 +64,8 @@ __device__ inline void wait_at(BlockBarrier barrier) {
 }
 
 /// A barrier of all resident blocks. Together they add 2³¹ to the word, so its highest bit flips when the last one has
-/// arrived and the others are unchanged: nothing needs a reset, and no block waits for the result of an addition, as
-/// cooperative_groups does. The word starts at 0 and belongs to one launch at a time.
+/// arrived and the others are unchanged: nothing needs a reset, and no block waits for the result of an addition,
+/// unlike in cooperative_groups. The word starts at 0 and belongs to one launch at a time.
 ///
 /// With a barrier warp, a block's last warp only signals the others' arrival and waits for all blocks, while the others
 /// load.

@@ -1,5 +1,5 @@
-// Sort, scan and selection on CUDA, by CUB. The working memory comes from the caller's scratch, so everything can be
-// recorded in graphs.
+// Sort, scan and selection on CUDA, by CUB. The working memory comes from the caller's scratch, so graphs can record
+// all of it.
 #include <thrust/iterator/counting_iterator.h>
 #include <thrust/iterator/tabulate_output_iterator.h>
 #include <thrust/iterator/transform_iterator.h>

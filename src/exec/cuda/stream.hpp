@@ -1,5 +1,5 @@
-// Events and graphs of CUDA streams. Host code that includes no CUDA header, because SYCL devices use it too:
-// AdaptiveCpp's queue on an NVIDIA GPU is implemented as such a stream.
+// Events and graphs of CUDA streams. This host code includes no CUDA header, because SYCL devices use it too:
+// AdaptiveCpp's queue on an NVIDIA GPU is such a stream.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace fathom::exec::cuda {
 
 using Stream = CUstream_st*;
 
-/// Whether this build has a CUDA toolkit, so that streams can be used.
+/// Whether this build has a CUDA toolkit, and therefore streams.
 bool has_streams() noexcept;
 
 /// Whether a kernel crashed, after which the program has lost the device.

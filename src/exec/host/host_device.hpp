@@ -168,7 +168,7 @@ class HostDevice : public ClosureQueue {
   void submit_copy(void* to, const void* from, std::size_t bytes);
   void submit_zero(void* to, std::size_t bytes);
 
-  /// 32-bit indices that cannot wrap, so that compilers can vectorise the loop where the kernel allows it.
+  /// 32-bit indices that cannot wrap: compilers can vectorise the loop where the kernel allows it.
   template <class Body>
   static void for_each_item(std::size_t begin, std::size_t end, const Body& body) {
     const auto last = static_cast<std::uint32_t>(end);

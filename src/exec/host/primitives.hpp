@@ -1,7 +1,7 @@
 // Sort, scan and selection on a pool of threads.
 //
 // All divide their items into chunks of one size, count per chunk, sum the counts in chunk order, and then let each
-// chunk write its own entries. So results do not depend on the number of threads.
+// chunk write its own entries. Results therefore do not depend on the number of threads.
 #pragma once
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 //
 // Four bits at a time, from the lowest: each work-group counts the digits of its tile, a scan over all groups' counts
 // gives each digit of each tile its index, and each group moves its tile there. A work-item counts and moves a run of
-// consecutive items in order, which makes the sort stable.
+// consecutive items in order, so the sort is stable.
 #pragma once
 
 #include <cstdint>

@@ -26,7 +26,7 @@ inline sycl::property_list without_event() {
 inline bool may_groups_wait(const sycl::device& device) { return device.get_backend() == sycl::backend::cuda; }
 
 /// Makes a work-group's writes before its last barrier visible to the whole device, like sycl::atomic_fence, which
-/// AdaptiveCpp lacks; a sub-group's barrier includes a fence of the given scope. To be called by all items.
+/// AdaptiveCpp lacks; a sub-group's barrier includes a fence of the given scope. All items must call it.
 inline void device_fence_of_first_sub_group(const sycl::nd_item<1>& work_item) {
   const sycl::sub_group sub_group = work_item.get_sub_group();
   if (sub_group.get_group_linear_id() == 0) sycl::group_barrier(sub_group, sycl::memory_scope::device);

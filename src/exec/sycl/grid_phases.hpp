@@ -20,9 +20,9 @@ inline constexpr std::uint32_t max_groups_with_few_items = 16;
 inline constexpr std::uint32_t items_of_resident_group = 64;
 
 /// A barrier of all work-groups of a launch, after CUDA's cooperative groups. All groups together add 2³¹ to the word,
-/// so that its highest bit flips when the last one arrives and the others are unchanged: nothing needs a reset, the
-/// next launch may have a different number of groups, and no group waits for the result of an addition. The word starts
-/// at 0.
+/// so its highest bit flips when the last one arrives and the others are unchanged: nothing needs a reset, the next
+/// launch may have a different number of groups, and no group waits for the result of an addition. The word starts at
+/// 0.
 class GridBarrier {
  public:
   GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word)

@@ -16,7 +16,7 @@ constexpr std::size_t alignment = 256;
 /// A multiple of the alignment, as C's aligned_alloc requires.
 std::size_t padded(std::size_t bytes) { return (bytes + alignment - 1) / alignment * alignment; }
 
-/// GPUs first, so that `sycl` selects one if there is any.
+/// GPUs first: `sycl` then selects one if there is any.
 std::vector<sycl::device> all_devices() {
   adaptive_cpp::keep_runtime();
   std::vector<sycl::device> devices = sycl::device::get_devices();
@@ -87,7 +87,7 @@ SyclDevice::~SyclDevice() {
   try {
     queue_.wait_and_throw();
     if (grid_barrier_) sycl::free(grid_barrier_, queue_);
-  } catch (const sycl::exception&) {  // no one is left to report it to
+  } catch (const sycl::exception&) {  // nobody is left to report it to
   }
 }
 
