@@ -232,8 +232,8 @@ TEST_F(Settings, NamesOfDevicesAreCheckedInEveryCommand) {
   const Words size{"--bodies", "20", "--steps", "3"};
   ASSERT_EQ(fathom(Words{"run", "drift", "--record", path("run.fathom"), "--quiet"} + size).exit_code, 0);
   const Refused refused[] = {
-      {Words{"run", "drift", "--device", "nosuch"} + size, "no device is called 'nosuch'"},
-      {Words{"run", "drift", "--set", "simulator.device=nosuch"} + size, "no device is called 'nosuch'"},
+      {Words{"run", "drift", "--device", "nosuch"} + size, "--device: no device is called 'nosuch'"},
+      {Words{"run", "drift", "--set", "simulator.device=nosuch"} + size, "--set: no device is called 'nosuch'"},
       {Words{"play", "drift", "--device", "nosuch"} + size, "no device is called 'nosuch'"},
       {{"config", "drift", "--device", "nosuch"}, "no device is called 'nosuch'"},
       {{"validate", "--short", "--only", "free-fall", "--device", "nosuch"}, "no device is called 'nosuch'"},

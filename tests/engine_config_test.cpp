@@ -73,12 +73,17 @@ TEST(EngineConfig, BadFilesAreRefusedNamingThePlaceAndTheRemedy) {
       {"[simulator]\nsleep = 1\n", "'simulator.sleep' must be true or false"},
       {"[simulator]\ngravity = [0, 0]\n", "must be three finite numbers"},
       {"[simulator]\ngravity = [0, inf, 0]\n", "must be three finite numbers"},
-      {"simulator = 3\n", "unknown key 'simulator'"},
+      {"simulator = 3\n",
+       "e.toml:1:1: unknown key 'simulator': it is a section; name a key in it, such as 'simulator.kind'"},
+      {"[[body]]\nmass = 1\n",
+       "e.toml:1:3: unknown key 'body': only scene files have it; 'fathom config' lists the keys of a configuration"},
+      {"[world]\ngravity = [0, 0, 0]\n", "e.toml:2:1: unknown key 'world.gravity'; did you mean 'simulator.gravity'?"},
       {"[window]\ntitle = 3\n", "'window.title' must be a string"},
       {"[input.actions]\njump = 'spaec'\n", "'input.actions.jump' names no key with 'spaec'; did you mean 'space'?"},
       {"[input.actions]\njump = 3\n", "must be a key's name or a list of them"},
-      {"[simulator\n", "e.toml:1"},
-      {"threads = 1\nthreads = 2\n", "e.toml:2"},
+      {"[simulator\n", "e.toml:1:11: the name of a table is not closed; write [name] or [[name]]"},
+      {"threads = 1\nthreads = 2\n", "e.toml:2:1: 'threads' is set twice; remove one of them"},
+      {"[log]\nlevel = debug\n", "e.toml:2:9: 'debug' is not a value; write a number, true, false, or a text in"},
   };
   for (const Bad& bad : files) {
     Config config;
@@ -95,8 +100,25 @@ TEST(EngineConfig, BadAssignmentsAreRefused) {
   const Bad assignments[] = {
       {"simulator.threads", "write it as key=value"},
       {"=4", "write it as key=value"},
+      {" =4", "write it as key=value"},
       {"window.title=\xff", "the text is not UTF-8"},
       {"simulator.thread=4", "did you mean 'simulator.threads'?"},
+      // The key's own name counts more than its section's.
+      {"world.dt=0.01", "unknown key 'world.dt'; did you mean 'simulator.dt'?"},
+      {"solver.substeps=4", "did you mean 'simulator.substeps'?"},
+      {"world.substep=4", "did you mean 'simulator.substeps'?"},
+      {"dt=0.01", "did you mean 'simulator.dt'?"},
+      {"logs.file=x", "did you mean 'log.file'?"},
+      {"loop.time_scal=2", "did you mean 'loop.time_scale'?"},
+      {"Simulator.DT=0.01", "did you mean 'simulator.dt'?"},
+      {"simulator.sweep-axis=[1, 0, 0]", "did you mean 'simulator.sweep_axis'?"},
+      {"input.action.jump=space", "did you mean 'input.actions.'?"},
+      {"world.xyzzy=1", "unknown key 'world.xyzzy'; 'fathom config' lists the keys"},
+      // Scene files have other names.
+      {"solver.method=soft", "did you mean 'simulator.solver'?"},
+      {"sleep.enabled=true", "did you mean 'simulator.sleep'?"},
+      {"sleep.time=1", "did you mean 'simulator.sleep_time'?"},
+      {"window=1", "unknown key 'window': it is a section; name a key in it, such as 'window.enabled'"},
       {"simulator.threads=many", "must be a whole number"},
       {"simulator.threads=", "must be a whole number"},
       {"simulator.threads=1\nwindow.width=3", "must be a whole number"},
@@ -110,6 +132,16 @@ TEST(EngineConfig, BadAssignmentsAreRefused) {
     EXPECT_THAT(said, HasSubstr(bad.says)) << bad.text;
     EXPECT_THAT(said, testing::StartsWith("--set ")) << bad.text;
   }
+}
+
+TEST(EngineConfig, BlanksBesideTheEqualsSignAreNoPartOfKeyOrValue) {
+  Config config;
+  config.set("simulator.dt = 0.01");
+  config.set("log.level = debug ");
+  config.set("log.file= x");
+  EXPECT_FLOAT_EQ(config->simulator.dt, 0.01f);
+  EXPECT_EQ(config->log.level, "debug");
+  EXPECT_EQ(config->log.file, " x") << "unless the value alone has them";
 }
 
 TEST(EngineConfig, EngineRefusesBadValuesSetByPrograms) {

@@ -206,6 +206,23 @@ TEST(Environment, SizesOutOfRangeAreOneClearError) {
   }
 }
 
+TEST(Environment, SayWhichSizesTheyRound) {
+  for (const Environment& environment : environments()) {
+    for (const std::int64_t bodies : {1, 7, 55, 100}) {
+      const Scene scene = environment.make(bodies);
+      // Large worlds are sized by their fixed bodies, and walls have balls besides.
+      const bool of_fixed = environment.name == "large_world";
+      const auto made = static_cast<std::int64_t>(dynamic_body_count(scene));
+      const auto counted = of_fixed ? static_cast<std::int64_t>(scene.bodies.size()) - made : made;
+      const bool has_balls = environment.name == "ring" || environment.name == "walls";
+      if (environment.rounded)
+        EXPECT_EQ(environment.rounded(bodies), counted) << environment.name << ", " << bodies;
+      else
+        EXPECT_TRUE(has_balls ? counted > bodies : counted == bodies) << environment.name << ", " << bodies;
+    }
+  }
+}
+
 TEST(Environment, AreFoundByName) {
   EXPECT_EQ(environments().size(), 25u);
   for (const Environment& environment : environments()) {

@@ -89,7 +89,7 @@ std::string run_text(const BugReportOptions& options, Subject& subject, const Fo
                                       [&](const Profile& profile, double) { progress.update(profile.step); });
     const Json report = to_json(setup.scene, result);
     folder.write("run.json", report.dump(2) + "\n");
-    return to_text(report);
+    return to_text(report, setup.size_note);
   } catch (const std::exception& error) {
     return fmt::format("The run ended with an error:\n{}\n", error.what());
   }

@@ -28,6 +28,12 @@ void declare_config_sources(CLI::App& command, ConfigSources& sources) {
   command.add_option("--set", sources.sets, "Set one key of it, e.g. --set simulator.threads=4")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false)
+      ->check(CLI::Validator(
+          [](std::string& text) -> std::string {
+            return text.find('=') != text.npos ? std::string()
+                                               : "must be KEY=VALUE, e.g. simulator.threads=4, not " + text;
+          },
+          ""))
       ->group("Configuration");
 }
 

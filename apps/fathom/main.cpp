@@ -36,7 +36,7 @@ namespace {
 using namespace fathom::cli;
 
 int complain(std::string_view text, int code) {
-  fathom::tell(fmt::format("fathom: {}\n", text));
+  fathom::tell(fmt::format("fathom: {}\n", one_line(text)));
   return code;
 }
 

@@ -7,14 +7,16 @@
 namespace fathom::cli {
 namespace {
 
+const std::string axis_rule = "must be three finite numbers of at least 0, not all 0, e.g. 3,2,1";
+
 void declare_size(CLI::App& command, RunOptions& options) {
   auto* bodies = command.add_option("--bodies", options.bodies, "About how many bodies an environment has")
                      ->type_name("N")
-                     ->check(any_whole_number())
+                     ->check(whole_number(1))
                      ->group("Size");
   command.add_option("--layers", options.layers, "Size of layers or pyramid in layers")
       ->type_name("L")
-      ->check(any_whole_number())
+      ->check(whole_number(1))
       ->group("Size")
       ->excludes(bodies);
   command.add_option("--seed", options.seed, "Which heap; the number decides everything about it (1)")
@@ -36,8 +38,19 @@ void declare_which_scene(CLI::App& command, RunOptions& options, bool required) 
 void declare_time_step(CLI::App& command, RunOptions& options) {
   command.add_option("--dt", options.dt, "Time step (s; 1/60 = 0.0166667)")
       ->type_name("S")
-      ->check(positive_number())
+      ->check(number_between(1e-6, 1, "s"))
       ->group("Time");
+}
+
+/// Each of the three components.
+CLI::Validator axis_component() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && value >= 0 && value <= 1e30;
+        return good ? std::string() : axis_rule + ", not " + text;
+      },
+      "");
 }
 
 void declare_simulator_choice(CLI::App& command, SimulatorOptions& options, const std::string& help) {
@@ -67,11 +80,13 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
           "--sweep-axis",
           [&options](const std::vector<float>& v) {
             options.sweep_axis = {v[0], v[1], v[2]};
+            if (!(length(*options.sweep_axis) > 0)) throw CLI::ValidationError("--sweep-axis", axis_rule);
           },
           "Axis of the sweep, components at least 0 (3,2,1)")
       ->type_name("X,Y,Z")
       ->delimiter(',')
-      ->expected(3);
+      ->expected(3)
+      ->check(axis_component());
   declare_choice<Partition>(command, "--partition", options.partition,
                             {{"colours", Partition::colours}, {"cells", Partition::cells}},
                             "Which contacts are solved at the same time (colours)");

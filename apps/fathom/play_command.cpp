@@ -71,7 +71,7 @@ void check_names(const RunOptions& options, const engine::Settings& settings) {
 
 int play(const RunOptions& options) {
   const InterruptGuard interrupt;
-  auto [scene, config] = make_setup(options);
+  auto [scene, config, size_note] = make_setup(options);
   check_names(options, *config);
   bind_keys(config);
   if (options.quiet && !config.is_set("log.level"))
@@ -101,9 +101,9 @@ int play(const RunOptions& options) {
   engine.run(endless ? 0 : steps_to_run(options, scene.world));
   std::uint64_t hash = 0;
   engine.simulation().inspect([&](const engine::CommandRunner& runner) { hash = runner.world().state_hash(); });
-  const std::string summary =
-      fmt::format("{}: {} frames, {} steps, {:.2f} s simulated, {} entities\n  state hash             {:016x}\n",
-                  scene.name, engine.stats().frame, engine.steps(), engine.time(), engine.world().count(), hash);
+  const std::string summary = fmt::format(
+      "{}{}: {} frames, {} steps, {:.2f} s simulated, {} entities\n  state hash             {:016x}\n", scene.name,
+      size_note, engine.stats().frame, engine.steps(), engine.time(), engine.world().count(), hash);
   // A file on stdout must be the only output there.
   if (!options.quiet && std::ranges::any_of(outputs_of(*config), files::is_stdout, &KeyAndFile::second))
     tell(summary);

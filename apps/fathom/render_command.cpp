@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "commands.hpp"
 #include "engine/recording.hpp"
@@ -16,12 +15,6 @@ namespace fathom::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_recording(const std::string& path) {
-  char head[8] = {};
-  std::ifstream(path, std::ios::binary).read(head, sizeof head);
-  return std::string_view(head, sizeof head) == "FATHOMRC";
-}
 
 void say(const RenderOptions& options, const std::string& written) {
   if (!options.run.quiet) fmt::print("{}\n", written);

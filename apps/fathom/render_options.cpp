@@ -1,6 +1,7 @@
 #include "render_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -23,6 +24,12 @@ double seconds_of(std::string_view text) {
   return value;
 }
 
+/// Whether the name would be taken for that of a folder, although it is not meant to be one.
+bool is_other_picture(const std::string& name) {
+  constexpr std::string_view endings[] = {".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".tif", ".tiff", ".svg", ".PNG"};
+  return std::ranges::any_of(endings, [&](std::string_view ending) { return name.ends_with(ending); });
+}
+
 void declare_degrees(CLI::App& command, const std::string& flag, float& radians, const std::string& help) {
   command
       .add_option_function<double>(
@@ -36,12 +43,13 @@ void declare_degrees(CLI::App& command, const std::string& flag, float& radians,
 
 std::vector<double> RenderOptions::times() const {
   std::vector<double> times;
+  if (at.empty()) return times;
   std::string_view rest = at;
-  while (!rest.empty()) {
-    const std::size_t comma = rest.find(',');
+  for (std::size_t comma = rest.find(','); comma != rest.npos; comma = rest.find(',')) {
     times.push_back(seconds_of(rest.substr(0, comma)));
-    rest = comma == std::string_view::npos ? std::string_view() : rest.substr(comma + 1);
+    rest.remove_prefix(comma + 1);
   }
+  times.push_back(seconds_of(rest));
   return times;
 }
 
@@ -55,6 +63,7 @@ void RenderOptions::check() const {
   require(pictures || output.empty(), "-o is where pictures go; say of which times, e.g. --at 0,5,10s");
   require(films || !seconds, "--seconds is the length of a film or page; add --video FILE.mp4 or --web FILE.html");
   require(films || !frames_per_second, "--fps is that of a film or page; add --video FILE.mp4 or --web FILE.html");
+  require(!is_other_picture(output), "-o: pictures are PNG; let its name end in .png, or give a folder");
   if (!video.empty()) render::film_ending(video);  // before a folder of pictures is made
   const bool draws = pictures || !video.empty();
   require(draws || !(stage.contacts || stage.joints),
@@ -71,7 +80,7 @@ void declare_render(CLI::App& command, RenderOptions& options) {
   command.add_option("--web", options.web, "Write one page that plays the run in a browser")->type_name("FILE.html");
   command.add_option("--seconds", options.seconds, "Length of the film or page (10 s)")
       ->type_name("S")
-      ->check(positive_number());
+      ->check(positive_number(longest_film));
   command.add_option("--fps", options.frames_per_second, "Frames per simulated second of the film (60) or page (30)")
       ->type_name("N")
       ->check(whole_number(1, 240));

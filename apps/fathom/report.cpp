@@ -41,10 +41,10 @@ std::string timing_row(const std::string& name, const Json& s) {
                      s["median"].get<double>(), s["p99"].get<double>(), s["max"].get<double>());
 }
 
-std::string head_text(const Json& r) {
-  return fmt::format("{}: {}, {} of {:.5g} s, {}{}\n{} simulator, {}, {} broad phase, {}, {} solver{}, {}\n",
+std::string head_text(const Json& r, const std::string& size_note) {
+  return fmt::format("{}: {}{}, {} of {:.5g} s, {}{}\n{} simulator, {}, {} broad phase, {}, {} solver{}, {}\n",
                      r["environment"].get<std::string>(), counted(r["bodies"].get<std::uint64_t>(), "body", "bodies"),
-                     counted(r["steps"].get<std::uint64_t>(), "step"), r["dt"].get<double>(),
+                     size_note, counted(r["steps"].get<std::uint64_t>(), "step"), r["dt"].get<double>(),
                      counted(r["substeps"].get<std::uint64_t>(), "substep"),
                      r["finished"].get<bool>() ? "" : " (interrupted)", r["simulator"].get<std::string>(),
                      counted(r["threads"].get<std::uint64_t>(), "thread"), r["broad_phase"].get<std::string>(),
@@ -125,8 +125,8 @@ Json to_json(const Scene& scene, const RunResult& result) {
   return report;
 }
 
-std::string to_text(const Json& report) {
-  return head_text(report) + timing_text(report) + counts_text(report) + quality_text(report);
+std::string to_text(const Json& report, const std::string& size_note) {
+  return head_text(report, size_note) + timing_text(report) + counts_text(report) + quality_text(report);
 }
 
 }  // namespace fathom::cli

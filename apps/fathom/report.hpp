@@ -14,6 +14,7 @@ using Json = nlohmann::ordered_json;
 
 Json to_json(const Scene& scene, const RunResult& result);
 /// A readable table from the output of `to_json`.
-std::string to_text(const Json& report);
+/// `size_note` follows the number of bodies.
+std::string to_text(const Json& report, const std::string& size_note);
 
 }  // namespace fathom::cli

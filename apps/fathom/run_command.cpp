@@ -72,9 +72,9 @@ int run(const RunOptions& options) {
   const bool taken =
       std::ranges::any_of(std::array{options.json, options.csv, files.record, files.trace}, files::is_stdout);
   if (!options.quiet && taken)
-    tell(to_text(report));
+    tell(to_text(report, setup.size_note));
   else if (!options.quiet)
-    fmt::print("{}", to_text(report));
+    fmt::print("{}", to_text(report, setup.size_note));
   if (result.quality.non_finite > 0) {
     tell(fmt::format("fathom: the state of {} was not finite; try a smaller --dt or more --substeps\n",
                      counted(result.quality.non_finite, "body", "bodies")));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -46,9 +47,6 @@ std::int64_t size_in_bodies(const Environment& environment, const RunOptions& op
     throw Error(ErrorCode::invalid_argument,
                 std::string(environment.name) + " has no layers; give its size with --bodies");
   }
-  if (*options.layers < 1) {
-    throw Error(ErrorCode::invalid_argument, "--layers must be at least 1, not " + std::to_string(*options.layers));
-  }
   return environment.bodies_of_layers(*options.layers);
 }
 
@@ -81,7 +79,27 @@ Scene read_scene(const RunOptions& options) {
     throw Error(ErrorCode::invalid_argument,
                 "--bodies and --layers size an environment; a scene file says itself what it holds");
   }
+  if (is_recording(options.scene))
+    throw Error(ErrorCode::invalid_argument,
+                options.scene + ": is a recording, not a scene; 'fathom replay' repeats it, 'fathom render' draws it");
   return load_scene(options.scene);
+}
+
+std::string size_note(const RunOptions& options) {
+  const Environment* environment = find_environment(options.scene);
+  if (!options.bodies || !environment || !environment->rounded) return {};
+  const std::int64_t rounded = environment->rounded(*options.bodies);
+  return rounded == *options.bodies ? std::string()
+                                    : fmt::format(" (--bodies {} is rounded to {})", *options.bodies, rounded);
+}
+
+/// The world would name its own setting.
+void check_capacity(const Setup& setup) {
+  const std::size_t bodies = setup.scene.bodies.size();
+  if (const WorldDef& world = setup.scene.world; bodies > world.max_bodies)
+    throw Error(ErrorCode::capacity,
+                fmt::format("{} has {} bodies with what stands still, but simulator.max_bodies is {} ({}); raise it",
+                            setup.scene.name, bodies, world.max_bodies, setup.config.origin("simulator.max_bodies")));
 }
 
 using Simulator = engine::Settings::Simulator;
@@ -130,6 +148,15 @@ void check_simulator(const engine::Config& config, const SimulatorOptions& optio
                           options.simulator ? "--simulator native" : "--set simulator.kind=native"));
 }
 
+/// Says who names the device, too.
+void check_device_name(const engine::Config& config) {
+  try {
+    exec::parse_device(config->simulator.device);
+  } catch (const Error& error) {
+    throw Error(error.code(), config.origin("simulator.device") + ": " + error.what());
+  }
+}
+
 /// Options that the chosen algorithms do not read would only seem to work.
 void check_options(const RunOptions& options, const WorldDef& world) {
   const auto require = [](bool makes_sense, const char* complaint) {
@@ -153,7 +180,7 @@ void give_simulator(engine::Config& config, const SimulatorOptions& options) {
   give(config, "simulator.kind", "--simulator", &Simulator::kind, options.simulator);
   give(config, "simulator.device", "--device", &Simulator::device, options.device);
   give(config, "simulator.threads", "--threads", &Simulator::threads, options.threads);
-  exec::parse_device(config->simulator.device);
+  check_device_name(config);
   // Naming a device or simulator rules out a fallback.
   if (options.device || options.simulator)
     config.give("simulator.fallback", options.device ? "--device" : "--simulator",
@@ -168,10 +195,12 @@ engine::Config make_config(const RunOptions& options) {
 }
 
 Setup make_setup(const RunOptions& options) {
-  Setup setup{read_scene(options), {}};
+  Setup setup{read_scene(options), {}, {}};
   setup.config = config_of(options, setup.scene);
   setup.scene.world = setup.config.world_definition();
   check_options(options, setup.scene.world);
+  check_capacity(setup);
+  setup.size_note = size_note(options);
   return setup;
 }
 
@@ -191,6 +220,14 @@ Scene make_scene(const RunOptions& options) {
   Setup setup = make_setup(options);
   choose_device(setup);
   return std::move(setup.scene);
+}
+
+bool is_recording(const std::string& path) {
+  char head[8] = {};
+  std::error_code failure;
+  if (!std::filesystem::is_regular_file(path, failure)) return false;  // reading a pipe would take its beginning away
+  std::ifstream(path, std::ios::binary).read(head, sizeof head);
+  return std::string_view(head, sizeof head) == "FATHOMRC";
 }
 
 files::FileNames inputs_of(const RunOptions& options) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "engine/config.hpp"
 #include "files/file_names.hpp"
@@ -14,6 +15,7 @@ namespace fathom::cli {
 struct Setup {
   Scene scene;
   engine::Config config;
+  std::string size_note;  ///< " (--bodies 10 is rounded to 5)" where the environment's form asks for it, else empty
 };
 
 /// Throws `Error` if the options cannot be met.
@@ -28,6 +30,8 @@ engine::Config make_config(const RunOptions& options);
 /// Applies the options that select simulator and device to the configuration. Throws `Error` if they contradict each
 /// other, or the device's name is invalid.
 void give_simulator(engine::Config& config, const SimulatorOptions& options);
+/// Whether a file begins like a recording.
+bool is_recording(const std::string& path);
 /// The files that `make_scene` reads.
 files::FileNames inputs_of(const RunOptions& options);
 /// How many steps to run.

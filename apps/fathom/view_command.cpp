@@ -113,6 +113,11 @@ void declare_view(CLI::App& command, ViewOptions& options) {
                      ->check(whole_number(1));
   command.add_option("--screenshot", settings.screenshot, "Write the last of --frames, with the panel")
       ->type_name("FILE.png")
+      ->check(CLI::Validator(
+          [](std::string& name) -> std::string {
+            return name.ends_with(".png") ? std::string() : "must be a name that ends in .png, not " + name;
+          },
+          ""))
       ->needs(frames);
   command.footer(
       "Keys: H lists them. Examples:\n"

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
+#include <utility>
 
 #include "engine/config_keys.hpp"
 #include "files/input_file.hpp"
@@ -20,13 +22,56 @@ const ConfigKey* find_key(std::string_view name) {
   return found == keys.end() ? nullptr : &*found;
 }
 
+/// What scene files call differently.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> names_in_scenes{
+    {{"solver.method", "simulator.solver"},
+     {"sleep.enabled", "simulator.sleep"},
+     {"sleep.linear_speed", "simulator.sleep_linear_speed"},
+     {"sleep.time", "simulator.sleep_time"}}};
+
+/// Sections that only scene files have.
+constexpr std::array<std::string_view, 6> scene_sections{"body", "joint", "exclude", "materials", "shapes", "kicks"};
+
+std::string_view section_of(std::string_view name) { return name.substr(0, std::min(name.rfind('.'), name.size())); }
+std::string_view last_part_of(std::string_view name) { return name.substr(name.rfind('.') + 1); }
+
+/// The key that the name may mean, or empty. Its last part counts most: 'world.dt' means 'simulator.dt'.
+std::string_view nearest_key(std::string_view name) {
+  for (const auto& [in_scene, key] : names_in_scenes)
+    if (name == in_scene) return key;
+  std::vector<std::string_view> known{action_prefix}, parts, of_part;
+  for (const ConfigKey& key : config_keys()) {
+    known.push_back(key.name);
+    parts.push_back(last_part_of(key.name));
+  }
+  const std::string_view part = nearest(last_part_of(name), parts);
+  if (part.empty()) {
+    const std::string_view guess = nearest(name, known);
+    // The same section alone says nothing.
+    return section_of(guess) == section_of(name) ? std::string_view() : guess;
+  }
+  for (const std::string_view key : known)
+    if (last_part_of(key) == part) of_part.push_back(key);
+  const std::string_view guess = nearest(name, of_part);
+  return guess.empty() ? of_part.front() : guess;
+}
+
 std::string unknown_key(std::string_view name) {
-  std::vector<std::string_view> known{action_prefix};
-  for (const ConfigKey& key : config_keys()) known.push_back(key.name);
-  const std::string_view guess = nearest(name, known);
-  return fmt::format(
-      "unknown key '{}'{}", name,
-      guess.empty() ? std::string("; 'fathom config' lists the keys") : fmt::format("; did you mean '{}'?", guess));
+  const std::string unknown = fmt::format("unknown key '{}'", name);
+  for (const ConfigKey& key : config_keys())
+    if (section_of(key.name) == name)
+      return fmt::format("{}: it is a section; name a key in it, such as '{}'", unknown, key.name);
+  if (std::ranges::find(scene_sections, name.substr(0, name.find('.'))) != scene_sections.end())
+    return unknown + ": only scene files have it; 'fathom config' lists the keys of a configuration";
+  const std::string_view guess = nearest_key(name);
+  return guess.empty() ? unknown + "; 'fathom config' lists the keys"
+                       : fmt::format("{}; did you mean '{}'?", unknown, guess);
+}
+
+/// Without blanks at its ends.
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
+  return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
 }
 
 /// Sets one value. Throws `std::string`.
@@ -61,14 +106,6 @@ void collect_leaves(const toml::table& table, const std::string& prefix, std::ve
       collect_leaves(*node.as_table(), name + ".", leaves);
     else
       leaves.push_back({name, &node, key.source()});
-  }
-}
-
-toml::table parse_toml(std::string_view text, std::string_view file) {
-  try {
-    return toml::parse(text, file);
-  } catch (const toml::parse_error& error) {
-    fail_at(file, error.source(), std::string(error.description()));
   }
 }
 
@@ -115,13 +152,16 @@ void Config::parse(std::string_view text, std::string_view file) {
 
 void Config::set(std::string_view assignment) {
   const std::size_t equals = assignment.find('=');
-  if (equals == std::string_view::npos || equals == 0)
+  if (equals == std::string_view::npos || trimmed(assignment.substr(0, equals)).empty())
     throw Error(ErrorCode::invalid_argument,
                 fmt::format("--set {}: write it as key=value, e.g. --set simulator.threads=4", assignment));
   // What TOML cannot express could not be saved.
   if (!parse_value(quoted_toml(assignment)))
     throw Error(ErrorCode::invalid_argument, "--set key=value: the text is not UTF-8; write it in UTF-8");
-  const std::string name(assignment.substr(0, equals)), value(assignment.substr(equals + 1));
+  const std::string name(trimmed(assignment.substr(0, equals)));
+  // Blanks beside the '=' are no part of either, as in a file.
+  const bool spaced = name.size() < equals;
+  const std::string value(spaced ? trimmed(assignment.substr(equals + 1)) : assignment.substr(equals + 1));
   const ConfigKey* key = find_key(name);
   std::optional<toml::table> parsed = parse_value(value);
   const bool wants_text = (key && key->is_text) || name.starts_with(action_prefix);

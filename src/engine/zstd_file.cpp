@@ -6,6 +6,7 @@
 #include <array>
 #include <cstring>
 #include <fathom/error.hpp>
+#include <filesystem>
 #include <fstream>
 
 #define XXH_INLINE_ALL
@@ -106,6 +107,8 @@ ZstdReader::ZstdReader(std::string path, const FileKind& kind) : state_(std::mak
   state_->path = std::move(path);
   state_->file.open(state_->path, std::ios::binary);
   std::ifstream& file = state_->file;
+  if (std::error_code failure; std::filesystem::is_directory(state_->path, failure))
+    fail(std::string("is a folder; ") + kind.remedy);
   if (!file || file.peek() == std::ifstream::traits_type::eof())
     fail(std::string("no such file, or it is empty; ") + kind.remedy);
   Head head;

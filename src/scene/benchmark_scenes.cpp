@@ -12,6 +12,7 @@ namespace fathom {
 namespace {
 
 constexpr double ground_top = 0.5;  // m
+constexpr std::int64_t bodies_of_ten_rows = 55;
 constexpr Material material{.friction = 0.6f, .restitution = 0};
 
 Vec3 at(double x, double y, double z) {
@@ -170,6 +171,12 @@ std::int64_t triangle_bodies(std::int64_t rows) {
   return rows * (rows + 1) / 2;
 }
 
+std::int64_t large_pyramid_bodies(std::int64_t bodies) { return triangle_bodies(rows_of(bodies)); }
+
+std::int64_t many_pyramids_bodies(std::int64_t bodies) {
+  return std::max<std::int64_t>(1, bodies / bodies_of_ten_rows) * bodies_of_ten_rows;
+}
+
 Scene large_pyramid(std::int64_t bodies) {
   check_size("large_pyramid", "bodies", bodies, max_environment_bodies - 1);
   const std::int64_t rows = rows_of(bodies);
@@ -179,9 +186,9 @@ Scene large_pyramid(std::int64_t bodies) {
 }
 
 Scene many_pyramids(std::int64_t bodies) {
-  constexpr std::int64_t rows = 10, each = 55;
+  constexpr std::int64_t rows = 10, each = bodies_of_ten_rows;
   check_size("many_pyramids", "bodies", bodies, max_environment_bodies - each);
-  const std::int64_t count = std::max<std::int64_t>(1, bodies / each);
+  const std::int64_t count = many_pyramids_bodies(bodies) / each;
   const std::int64_t columns = root_above(count, std::sqrt, [](std::int64_t n) { return n * n; });
   Scene scene = benchmark_scene("many_pyramids", count * each);
   const double extent = 0.5 * static_cast<double>(columns * (rows + 1));

@@ -48,6 +48,10 @@ std::int64_t square_root(std::int64_t n) {
 
 std::int64_t layers_bodies(std::int64_t count) { return count > max_bodies ? count : count * layer_bodies; }
 
+std::int64_t square_bodies(std::int64_t bodies) { return square_root(bodies) * square_root(bodies); }
+
+std::int64_t whole_pyramid_bodies(std::int64_t bodies) { return pyramid_bodies(pyramid_layers(bodies)); }
+
 Scene pyramid_of_bodies(std::int64_t bodies) {
   check_size("pyramid", "bodies", bodies, max_bodies - 1);
   return pyramid(pyramid_layers(bodies));
@@ -57,16 +61,18 @@ constexpr std::array<Environment, 25> table{{
     {"drift", "adrift without gravity: random poses in a cube of n·(4 m)³, a random kick every 30 steps", 1000, nullptr,
      drift},
     {"layers", "a tower of 10 × 10 layers that fall on each other: a pile", 1000, layers_bodies, layers},
-    {"spread", "⌊√n⌋ × ⌊√n⌋ bodies side by side on the ground: independent contacts", 1000, nullptr, spread},
+    {"spread", "⌊√n⌋ × ⌊√n⌋ bodies side by side on the ground: independent contacts", 1000, nullptr, spread,
+     square_bodies},
     {"pyramid", "L² bodies at the bottom, one at the top: a stack that must stand", 385, pyramid_bodies,
-     pyramid_of_bodies},
+     pyramid_of_bodies, whole_pyramid_bodies},
     {"ring", "a round wall of n bricks, hit by two heavy balls", 1000, nullptr, ring},
     {"walls", "straight walls of 1,000 bricks, n bricks in all, hit by heavy balls", 1000, nullptr, walls},
     {"large_pyramid", "a flat pyramid of L rows of cubes, one deep (Box3D's benchmark)", 5050, triangle_bodies,
-     large_pyramid},
-    {"many_pyramids", "flat pyramids of 10 rows, 55 cubes each, in a field (Box3D's)", 10780, nullptr, many_pyramids},
+     large_pyramid, large_pyramid_bodies},
+    {"many_pyramids", "flat pyramids of 10 rows, 55 cubes each, in a field (Box3D's)", 10780, nullptr, many_pyramids,
+     many_pyramids_bodies},
     {"wide_pyramid", "L² boxes of 1.95 m at the bottom, layers 0.5 m apart that fall on each other (Box3D's)", 1240,
-     pyramid_bodies, wide_pyramid},
+     pyramid_bodies, wide_pyramid, whole_pyramid_bodies},
     {"washer", "small cubes in a drum that turns (Box3D's)", 8000, nullptr, washer},
     {"convex_pile", "a tower of 8 × 8 hulls per layer, of 32 points each, that falls into a pile (Box3D's)", 5120,
      nullptr, convex_pile},
@@ -82,7 +88,7 @@ constexpr std::array<Environment, 25> table{{
     {"trees50", "the same on a mesh of 0.5 m cells", 50, nullptr, trees50},
     {"trees25", "and of 0.25 m cells, 960,000 triangles", 50, nullptr, trees25},
     {"large_world", "fixed boxes of 10 m in a square field, and 100 balls that fall on them (after Box3D's)", 1'000'000,
-     nullptr, large_world},
+     nullptr, large_world, square_bodies},
     {"terrain", "bodies of all shapes that roll into the valley of a height field of 1,000 × 1,000 samples", 10'000,
      nullptr, terrain},
     {"rocks", "hulls of 16 points of many forms that fall into a bin", 3000, nullptr, rocks},

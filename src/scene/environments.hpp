@@ -78,6 +78,9 @@ Scene mixed(std::int64_t bodies);
 
 /// Number of bodies of a flat pyramid with so many rows.
 std::int64_t triangle_bodies(std::int64_t rows);
+/// How many of so many bodies make whole flat pyramids: one as large as possible, or several of ten rows.
+std::int64_t large_pyramid_bodies(std::int64_t bodies);
+std::int64_t many_pyramids_bodies(std::int64_t bodies);
 
 /// Number of bodies of a pyramid with so many layers, and the most layers that so many bodies allow.
 std::int64_t pyramid_bodies(std::int64_t layers);
@@ -90,8 +93,10 @@ struct Environment {
   std::int64_t default_bodies;
   /// Null if the size cannot be given in layers, else the number of bodies of so many.
   std::int64_t (*bodies_of_layers)(std::int64_t layers);
-  /// The scene with at most so many bodies.
+  /// The scene with about so many bodies.
   Scene (*make)(std::int64_t bodies);
+  /// How many bodies it makes of so many, where only some numbers fit its form, else null.
+  std::int64_t (*rounded)(std::int64_t bodies) = nullptr;
 };
 
 std::span<const Environment> environments();

@@ -25,6 +25,14 @@ constexpr std::array<std::pair<std::string_view, AxisMode>, 3> modes{
     {{"free", AxisMode::free}, {"limited", AxisMode::limited}, {"locked", AxisMode::locked}}};
 constexpr std::array<std::string_view, joint_axis_count> axis_keys{"x", "y", "z", "twist", "swing_y", "swing_z"};
 
+/// Other engines' names of joints.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> other_names{{{"hinge", "revolute"},
+                                                                                    {"slider", "prismatic"},
+                                                                                    {"weld", "fixed"},
+                                                                                    {"spherical", "ball"},
+                                                                                    {"hooke", "universal"},
+                                                                                    {"d6", "generic"}}};
+
 /// Which joint types have a key; all types have the keys that are not listed.
 struct KeyUse {
   std::string_view key;
@@ -305,6 +313,10 @@ JointWord read_joint_word(const TomlTable& table) {
   table.required("type",
                  "write type = \"ball\", \"fixed\", \"revolute\", \"prismatic\", \"universal\", \"wheel\", "
                  "\"distance\", \"generic\", \"gear\", \"rack\", \"pulley\" or \"target\"");
+  for (const auto& [other, ours] : other_names)
+    if (table.find("type")->value<std::string_view>() == other)
+      table.fail(*table.find("type"),
+                 "there is no joint of type '" + std::string(other) + "'; take \"" + std::string(ours) + "\"");
   table.read_choice<JointWord>("type", word, words);
   return word;
 }

@@ -377,10 +377,19 @@ class BodyReader {
     table.read("can_sleep", body.can_sleep);
     table.read("sensor", body.sensor);
     table.read("bullet", body.bullet);
+    refuse_bullet(table, body);
     table.read("pre_solve", body.pre_solve);
     table.read("custom_filter", body.custom_filter);
     table.read("user_data", body.user_data);
     if (const toml::node* node = table.find("filter")) body.filter = read_filter(table, *node);
+  }
+
+  /// All bodies are swept against those that nothing can push, and these against no others.
+  static void refuse_bullet(const TomlTable& table, const BodyDef& body) {
+    if (!body.bullet || body.motion == MotionType::dynamic) return;
+    const std::string name = body.motion == MotionType::kinematic ? "kinematic" : "static";
+    table.fail(*table.find("bullet"),
+               "a " + name + " body cannot be a 'bullet'; remove it, or write motion = \"dynamic\"");
   }
 
   static Repeat read_repeat(const TomlTable& body) {

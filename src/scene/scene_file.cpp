@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -25,7 +26,7 @@ constexpr std::array<std::pair<std::string_view, Preset>, 2> presets{
 constexpr std::array<std::pair<std::string_view, SimulatorKind>, 3> simulators{
     {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}};
 
-std::string written(float value) {
+std::string written(double value) {
   std::ostringstream out;
   out << value;
   return out.str();
@@ -49,19 +50,22 @@ void note(const TomlTable& table, Scene& scene,
           std::string(table.file()) + ":" + std::to_string(node->source().begin.line);
 }
 
+/// What a world would refuse, NaN included, is refused with the range.
+void read_dt(const TomlTable& table, float& dt) {
+  const toml::node* node = table.find("dt");
+  const std::optional<double> given = node && node->is_number() ? node->value<double>() : std::nullopt;
+  if (given && !(*given >= 1e-6 && *given <= 1))
+    table.fail(*node, "'dt' must be between 1e-6 and 1 s, not " + written(*given) + "; typically 1/60: 0.0166667");
+  table.read("dt", dt);
+}
+
 void read_world(const TomlTable& root, Scene& scene) {
   read_section(root, "world", {"gravity", "dt", "max_bodies", "ground_height"}, [&](const TomlTable& table) {
     table.read("gravity", scene.world.gravity);
-    table.read("dt", scene.world.dt, Range::positive);
-    if (scene.world.dt < 1e-6f || scene.world.dt > 1)
-      table.fail(*table.find("dt"),
-                 "'dt' must be between 1e-6 and 1 s, not " + written(scene.world.dt) + "; typically 1/60: 0.0166667");
-    const std::uint32_t most = scene.world.max_bodies;
-    table.read("max_bodies", scene.world.max_bodies);
-    if (scene.world.max_bodies < 1 || scene.world.max_bodies > most) {
-      table.fail(*table.find("max_bodies"), "'max_bodies' must be between 1 and " + std::to_string(most) + ", not " +
-                                                std::to_string(scene.world.max_bodies));
-    }
+    read_dt(table, scene.world.dt);
+    auto max_bodies = static_cast<int>(scene.world.max_bodies);
+    table.read("max_bodies", max_bodies, 1, max_bodies);
+    scene.world.max_bodies = static_cast<std::uint32_t>(max_bodies);
     table.read("ground_height", scene.ground_height);
     note(table, scene, {{"gravity", "gravity"}, {"dt", "dt"}, {"max_bodies", "max_bodies"}});
   });
@@ -176,13 +180,7 @@ std::string read_text(const std::string& path) {
 
 }  // namespace
 
-Scene parse_scene(std::string_view text, std::string_view file) {
-  try {
-    return read_scene(toml::parse(text, file), file);
-  } catch (const toml::parse_error& error) {
-    fail_at(file, error.source(), std::string(error.description()));
-  }
-}
+Scene parse_scene(std::string_view text, std::string_view file) { return read_scene(parse_toml(text, file), file); }
 
 Scene load_scene(const std::string& path) { return parse_scene(read_text(path), path); }
 

@@ -42,6 +42,13 @@ bool begin_alike(std::string_view a, std::string_view b) {
   return same >= 5 && 3 * same >= 2 * shorter;
 }
 
+/// 'DRIFT' means 'drift'.
+std::string lower_case(std::string_view word) {
+  std::string lower(word);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
+}
+
 struct Nearness {
   bool is_near = false;
   std::size_t cost = 0;      ///< a word too many or too few costs as little as a letter
@@ -63,8 +70,9 @@ Nearness nearness(std::string_view word, std::string_view candidate) {
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known) {
   std::string_view found;
   Nearness best;
+  const std::string lower = lower_case(word);
   for (const std::string_view candidate : known) {
-    const Nearness near = nearness(word, candidate);
+    const Nearness near = nearness(lower, lower_case(candidate));
     if (!near.is_near) continue;
     const bool is_nearer = near.cost != best.cost ? near.cost < best.cost : near.distance < best.distance;
     if (best.is_near && !is_nearer) continue;

@@ -82,6 +82,9 @@ class TomlTable {
   std::string_view file_;
 };
 
+/// Parses a text. Throws an `Error{file}` that says where it is not TOML, and what to write instead.
+toml::table parse_toml(std::string_view text, std::string_view file);
+
 /// "file:line:column: text" as an `Error{file}`.
 [[noreturn]] void fail_at(std::string_view file, const toml::source_region& where, const std::string& text);
 
