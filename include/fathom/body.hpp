@@ -41,8 +41,8 @@ struct Material {
   float rolling_resistance = 0.0f;
   /// Velocity of the surface relative to the body, such as a conveyor belt's (m/s, at most 1e6; in the body's axes, or
   /// in those of the compound's child with this material). Only the component tangential to the contact counts.
-  /// Friction drags bodies on the surface along and reacts on the body: one that is free to move drives off the
-  /// opposite way.
+  /// Friction brings bodies on the surface to this velocity and reacts on the body: one that is free to move drives off
+  /// the opposite way.
   Vec3 surface_velocity{};
 };
 

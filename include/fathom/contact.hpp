@@ -18,8 +18,8 @@ struct ContactEvent {
   std::uint64_t step = 0;  ///< `World::step_count()` after that step
 };
 /// An impact faster than `SolverSettings::restitution_threshold`: a point of the contact approached faster than that at
-/// the start of the step, and the contact stopped or bounced it. The bodies may already touch elsewhere, like a post
-/// that falls over. Each impact is reported once, by its fastest point.
+/// the start of the step, and the contact stopped it or made it bounce. The bodies may already touch elsewhere, like a
+/// post that falls over. Each impact is reported once, by its fastest point.
 struct HitEvent {
   BodyId a;                    ///< the one with the lower index
   BodyId b;                    ///< the other

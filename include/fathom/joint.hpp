@@ -283,8 +283,8 @@ inline JointDef coupling(BodyId a, BodyId b, CouplingEnd end_a, CouplingEnd end_
 // Couplings measure both motions in the world: the bearing of a wheel may move, but not turn about the wheel's axis.
 
 /// Two gears at their current poses `pose_a` and `pose_b`: A turns by -`ratio` times the angle of B, each about its
-/// axis through its centre (world). For external gears whose axes point the same way, the ratio of their radii, r_b /
-/// r_a.
+/// axis through its centre (world). The ratio is r_b / r_a for external gears of these radii whose axes point the same
+/// way.
 inline JointDef gear_joint(BodyId a, const Pose& pose_a, Vec3 axis_a, BodyId b, const Pose& pose_b, Vec3 axis_b,
                            float ratio) {
   JointDef def = joint_parts::coupling(a, b, {CoupledMotion::turn, joint_frame(pose_a.position, axis_a)},
