@@ -1,6 +1,6 @@
 // Vectors, quaternions, matrices, poses and boxes: plain structs for host and device code.
 //
-// Every function is explicit about its rounding, so that all back ends give the same bits: contraction is off in this
+// Every function is explicit about its rounding, so all back ends give the same bits: contraction is off in this
 // project, and `fma` is written where it is wanted. `cross` deliberately uses no fma: with it a × a would not be
 // exactly zero.
 #pragma once

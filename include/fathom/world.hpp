@@ -171,7 +171,7 @@ class FATHOM_API World {
   /// `defs` and of the bodies added and removed before. Throws what `add` throws, prefixed with "body 17: …" for
   /// defs[17], and then adds none.
   std::vector<BodyId> add_bodies(std::span<const BodyDef> defs);
-  /// Allocates memory for `bodies` bodies, so that adding them allocates little.
+  /// Allocates memory for `bodies` bodies; adding them then allocates little.
   void reserve(std::uint32_t bodies);
   /// Sorts bodies for collision detection and queries, as the next step and the next query otherwise would. For use
   /// after adding many bodies: a million fixed boxes take 0.6 s or more. Finds pairs, and calls the filter callback, as

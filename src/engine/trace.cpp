@@ -267,7 +267,7 @@ void add_step(const StageTimes& times, std::chrono::steady_clock::time_point beg
   if (named) at = std::max(at, last_end(track));
   const auto stage = [&](const char* name, double milliseconds) {
     const std::int64_t end = at + static_cast<std::int64_t>(1e6 * milliseconds);
-    // A nanosecond shorter, so that it and the next never overlap, however a reader adds the written numbers.
+    // A nanosecond shorter: it and the next must never overlap, however a reader adds the written numbers.
     push(track, {name, at, std::max(at, end - 1), false});
     at = end;
   };
