@@ -7,7 +7,7 @@
 using namespace fathom;
 using namespace fathom::engine;
 
-// Thrusters hold the vehicle at a height that an action can change.
+// Thrusters hold the vehicle at a height that actions can change.
 class Vehicle final : public Entity {
  public:
   void created(Engine& engine, EntityDef& def) override {

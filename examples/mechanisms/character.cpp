@@ -31,12 +31,12 @@ class Character {
     const Vec3 way = dt * velocity;
     push(way);
     const Vec3 along = slide(position_, way);
-    // Up, along and down again, to climb a step: if that leads farther, and to ground it can stand on.
+    // Up, forward and down again, to climb a step: only if that gets farther, and onto ground it can stand on.
     const Vec3 raised = advance(position_, {0, 0, step_height});
     const Vec3 over = slide(raised, way);
     const float gained = dot(over - along, way);
     position_ = is_on_ground_ && gained > 1e-6f && stands_below(over, raised.z - position_.z + skin) ? over : along;
-    // It stays on the ground when going down steps and slopes.
+    // Stays on the ground when going down steps and slopes.
     const float down = is_on_ground_ ? step_height + (position_.z - along.z) : fall_speed_ * dt;
     const auto hit = cast(position_, {0, 0, -down - skin});
     is_on_ground_ = hit && can_stand_on(*hit);
@@ -60,8 +60,8 @@ class Character {
     if (length_squared(translation) < 1e-12f) return {};
     return world_.cast_shape(shape_, {.position = from}, translation, others_);
   }
-  // Whether it can stand on what it has hit. At the edge of a step the normal is that of the capsule; the surface
-  // behind the edge decides.
+  // Whether it can stand on what it hit. At the edge of a step the hit's normal is the capsule's; the surface behind
+  // the edge decides.
   bool can_stand_on(const CastHit& hit) const {
     if (hit.normal.z >= min_ground_z) return true;
     if (hit.normal.z <= 0.01f) return false;
@@ -81,7 +81,7 @@ class Character {
     const float kept = closing > 0 ? skin / std::max(closing, 0.1f) : 0;
     return from + (std::max(0.0f, hit->fraction * total - kept) / total) * way;
   }
-  // End of a move that slides along obstacles, up to three planes of them.
+  // End of a move that slides along up to three planes of obstacles.
   Vec3 slide(Vec3 from, Vec3 way) const {
     Vec3 met[3];
     for (int count = 0; count < 3; ++count) {
@@ -131,7 +131,7 @@ int main(int argc, char** argv) try {
   Character character(world, {0, 0, 0});
   float top = 0, push = 0;
   for (int i = 0; i < 60 * 12; ++i) {
-    // Around the crate, which it would otherwise push against the wall.
+    // Goes around the crate, which it would otherwise push against the wall.
     const bool sidesteps = i >= 380 && i < 416;
     character.walk(sidesteps ? Vec3{0, -2.5f, 0} : Vec3{2.5f, 0, 0});
     world.step();

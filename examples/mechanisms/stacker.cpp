@@ -1,4 +1,4 @@
-// An arm of four servos that stacks cubes. Its gripper is a joint that is created and removed.
+// An arm with four servos stacks cubes. Its gripper is a joint, created to grip and removed to release.
 //   stacker [native|device|hybrid]
 #include <algorithm>
 #include <array>
@@ -111,7 +111,7 @@ int main(int argc, char** argv) try {
     arm.go_to({from.angle, from.radius, from.height + hover});
     arm.go_to({from.angle, from.radius, from.height + 0.002f});
     arm.grip(cubes[i]);
-    // High enough to pass over the tower.
+    // High enough to clear the tower.
     arm.go_to({from.angle, from.radius, to.height + hover});
     arm.go_to({to.angle, to.radius, to.height + hover});
     arm.go_to({to.angle, to.radius, to.height + 0.004f});

@@ -1,4 +1,4 @@
-// A vehicle of four wheel joints that drives through gates over hills.
+// A vehicle with four wheel joints drives through gates over hills.
 //   vehicle [native|device|hybrid]      on level ground with device, which has no height fields
 #include <algorithm>
 #include <array>

@@ -9,7 +9,7 @@
 namespace fathom {
 
 /// Names a body. `index` addresses `World::poses()` and `World::velocities()` for the life of the body; the generation
-/// tells a reused index from its earlier body.
+/// distinguishes bodies that reuse an index.
 struct BodyId {
   std::uint32_t index = 0xffffffffu;  ///< its slot, for life
   std::uint32_t generation = 0;       ///< how often the slot was used before
@@ -20,7 +20,7 @@ struct BodyId {
 /// How a body moves.
 enum class MotionType : std::uint8_t {
   fixed,      ///< "static": never moves
-  kinematic,  ///< moves at the velocity it is given, or to a pose (World::move_to); pushes, but is not pushed
+  kinematic,  ///< moves at its set velocity or to a pose (World::move_to); pushes others, but is not pushed
   dynamic,    ///< moved by forces and contacts
 };
 
@@ -34,15 +34,15 @@ struct Material {
   float restitution = 0.0f;                                 ///< 0 … 1
   CombineRule friction_rule = CombineRule::geometric_mean;  ///< how two bodies' friction becomes one
   CombineRule restitution_rule = CombineRule::maximum;      ///< how two bodies' restitution becomes one
-  /// For spheres and capsules, ≥ 0: rolling is braked as if the normal force acted ahead of the contact by this
-  /// fraction of the radius. A ball then decelerates at 5/7 g times this value, and stays at rest on slopes up to this
-  /// tangent. Typical values are 0.001 (steel) to 0.05 (a soft ball). The larger of two bodies' values counts, times
-  /// the larger radius.
+  /// For spheres and capsules, ≥ 0: slows rolling as if the normal force acted this fraction of the radius ahead of the
+  /// contact. A ball decelerates at 5/7 g times this value, and stays at rest on slopes up to this tangent. Typical
+  /// values are 0.001 (steel) to 0.05 (a soft ball). A contact uses the larger of its bodies' values and the larger
+  /// radius.
   float rolling_resistance = 0.0f;
-  /// Velocity of the surface relative to the body, as of a conveyor belt (m/s, at most 1e6; in the body's axes, or in
-  /// those of the compound's child that has this material). Only its component tangential to the contact counts.
-  /// Friction brings what lies on the surface to this velocity and reacts on the body: a body that is not held drives
-  /// off in the opposite direction.
+  /// Velocity of the surface relative to the body, such as a conveyor belt's (m/s, at most 1e6; in the body's axes, or
+  /// in those of the compound's child with this material). Only the component tangential to the contact counts.
+  /// Friction brings bodies on the surface to this velocity and reacts on the body: one that is free to move drives off
+  /// the opposite way.
   Vec3 surface_velocity{};
 };
 
@@ -55,7 +55,7 @@ struct Filter {
   std::uint32_t reserved = 0;              ///< padding
 };
 
-/// What a body is created from. The origin of the body's frame is its centre of mass (see `hull`).
+/// The definition of a body. The origin of the body's frame is its centre of mass (see `hull`).
 struct BodyDef {
   MotionType motion = MotionType::dynamic;  ///< fixed, kinematic or dynamic
   Pose pose{};                              ///< of the centre of mass; the rotation is normalised
@@ -63,7 +63,7 @@ struct BodyDef {
   Shape shape{};                            ///< what collides
   Material material{};                      ///< friction and restitution
   Filter filter{};                          ///< what it collides with
-  /// Mass (kg); if absent, it follows from the density and the shape's volume.
+  /// Mass (kg); if absent, density times the shape's volume.
   std::optional<float> mass{};
   float density = 1000.0f;  ///< kg/m³; used if `mass` is absent
   /// Inertia about the centre of mass in body axes (kg·m²), instead of the solid shape's. Must be positive definite,
@@ -75,13 +75,13 @@ struct BodyDef {
   bool can_sleep = true;         ///< whether it may fall asleep with its island
   bool sensor = false;           ///< pushes nothing and is not pushed; reports what is inside (sensor.hpp)
   /// When fast, it is swept against all bodies; other bodies are swept only against those that cannot be pushed (as in
-  /// Box2D and Box3D). For shots and other small, fast bodies: it costs a search per fast pair and step.
+  /// Box2D and Box3D). For projectiles and other small, fast bodies: costs a search per fast pair and step.
   bool bullet = false;
-  /// Whether the application is asked about the body's contacts before they are solved
-  /// (`World::set_pre_solve_callback`). Not on the device simulator.
+  /// Calls the application before the body's contacts are solved (`World::set_pre_solve_callback`). Not on the device
+  /// simulator.
   bool pre_solve = false;
-  /// Whether it is asked about the body's pairs before they become contacts (`World::set_filter_callback`). Not on the
-  /// device simulator.
+  /// Calls the application before the body's pairs become contacts (`World::set_filter_callback`). Not on the device
+  /// simulator.
   bool custom_filter = false;
   std::uint64_t user_data = 0;  ///< belongs to the application
 };

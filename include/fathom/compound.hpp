@@ -1,4 +1,4 @@
-// Several convex shapes as one: the parts of a vehicle, of a chair, of an asteroid cut into hulls.
+// Several convex shapes as one: a vehicle, a chair, an asteroid decomposed into hulls.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class Compound {
  public:
   /// In the order given. Poses are in the compound's frame, whose origin is its centre of mass.
   std::span<const ChildShape> children() const { return children_; }
-  /// Centre of mass in the coordinates that the children were given in.
+  /// Centre of mass in the coordinates of the children as given.
   Vec3 offset() const { return offset_; }
   /// Sum of the children's volumes (m³).
   float volume() const { return volume_; }

@@ -1,4 +1,4 @@
-// Contacts: what the application is told about them, and what it may change before they are solved.
+// Contacts: what the application can read, and what it may change before they are solved.
 #pragma once
 
 #include <cstdint>
@@ -7,25 +7,25 @@
 
 namespace fathom {
 
-/// Two bodies, in ascending order of index, that began or ceased to touch in a step. They begin to touch in the first
-/// step in which their contact carries an impulse, or at whose start they are less than 1 mm apart (halved for small
-/// bodies until it is at most a hundredth of the smaller bounding radius). They cease to touch in a step in which the
-/// contact carries no impulse and at whose start they are more than twice that distance apart. Falling asleep and
-/// waking change nothing.
+/// Two bodies, in ascending order of index, that began or stopped touching in a step. They begin to touch in the first
+/// step that starts with them less than 1 mm apart (halved for small bodies until it is at most a hundredth of the
+/// smaller bounding radius) or in which their contact carries an impulse. They stop touching in a step that starts with
+/// them more than twice that distance apart and in which the contact carries no impulse. Falling asleep and waking
+/// change nothing.
 struct ContactEvent {
   BodyId a;                ///< the one with the lower index
   BodyId b;                ///< the other
   std::uint64_t step = 0;  ///< `World::step_count()` after that step
 };
-/// Two bodies that met faster than `SolverSettings::restitution_threshold`: a point of their contact approached faster
-/// than that as the step began, and the contact stopped it or made it bounce, whether or not they already touched
-/// elsewhere (as a post does that falls over). Each impact is reported once, by its fastest point.
+/// An impact faster than `SolverSettings::restitution_threshold`: a point of the contact approached faster than that at
+/// the start of the step, and the contact stopped it or made it bounce. The bodies may already touch elsewhere, like a
+/// post that falls over. Each impact is reported once, by its fastest point.
 struct HitEvent {
   BodyId a;                    ///< the one with the lower index
   BodyId b;                    ///< the other
-  Vec3 point;                  ///< m, world, where they met
+  Vec3 point;                  ///< m, world, where they hit
   Vec3 normal;                 ///< unit, from a to b
-  float approach_speed;        ///< m/s, as the step began
+  float approach_speed;        ///< m/s, at the start of the step
   std::uint32_t reserved = 0;  ///< padding
   std::uint64_t step = 0;      ///< `World::step_count()` after that step
 };
@@ -36,8 +36,8 @@ struct ContactPointInfo {
   float separation;  ///< m, negative where the bodies overlap
   float impulse;     ///< N·s along the normal over the step; the mean force is this divided by dt (see ContactInfo)
 };
-/// A contact as solved in the last step. The impulses of its points sum to its impulse over the step, in the
-/// proportions of the last substep.
+/// A contact as solved in the last step. Its points' impulses sum to its impulse over the step, in the proportions of
+/// the last substep.
 struct ContactInfo {
   BodyId a;                    ///< the one with the lower index
   BodyId b;                    ///< the other
@@ -49,14 +49,13 @@ struct ContactInfo {
   std::uint32_t child_b = 0;   ///< if b is a compound
 };
 
-/// A contact that is about to be solved (`World::set_pre_solve_callback`), as the step finds it: the world's poses and
-/// velocities are those at the start of the step. What the callback changes holds for this step, and while the contact
-/// sleeps.
+/// A contact about to be solved (`World::set_pre_solve_callback`). The world's poses and velocities are those at the
+/// start of the step. The callback's changes hold for this step, and while the contact sleeps.
 ///
-/// The callback is asked in every step in which one of the two bodies is awake, from the first step that finds them
-/// near enough to touch within it. A pair with several contacts, such as that of a compound, is asked about each. If a
-/// fast body would otherwise end up behind another (`BodyDef::bullet`), the question may come after the step is solved
-/// and without points: then only `enabled` counts.
+/// The callback is called in every step in which either body is awake, from the first step in which they come near
+/// enough to touch; for a pair with several contacts, such as a compound's, once for each. If a fast body would
+/// otherwise tunnel through another (`BodyDef::bullet`), the call may come after the step is solved and without points:
+/// then only `enabled` counts.
 struct PreSolveContact {
   BodyId a;                    ///< the one with the lower index
   BodyId b;                    ///< the other
@@ -68,10 +67,10 @@ struct PreSolveContact {
 
   /// False: the bodies do not collide in this step, and events do not count them as touching.
   bool enabled = true;
-  float friction = 0;     ///< Coulomb coefficient of both materials, ≥ 0
-  float restitution = 0;  ///< 0 … 1, of both materials
-  /// Velocity of b's surface relative to a's (m/s, world axes), besides the motion of the bodies: from both materials
-  /// (`Material::surface_velocity`), at most 1e6.
+  float friction = 0;     ///< combined Coulomb coefficient, ≥ 0
+  float restitution = 0;  ///< 0 … 1, combined
+  /// Velocity of b's surface relative to a's, without the motion of the bodies (m/s, world axes, at most 1e6); from
+  /// both materials (`Material::surface_velocity`).
   Vec3 surface_velocity;
 };
 

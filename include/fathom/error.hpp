@@ -1,4 +1,4 @@
-// What the library throws: one exception type with a code and a text that says what is wrong and how to fix it.
+// The library's one exception type: a code, and a text that says what is wrong and how to fix it.
 #pragma once
 
 #include <fathom/export.hpp>

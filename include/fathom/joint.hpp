@@ -16,7 +16,7 @@
 
 namespace fathom {
 
-/// Names a joint; the generation tells a reused index from its earlier joint.
+/// Names a joint; the generation distinguishes joints that reuse an index.
 struct JointId {
   std::uint32_t index = 0xffffffffu;  ///< its slot, for life
   std::uint32_t generation = 0;       ///< how often the slot was used before
@@ -29,15 +29,15 @@ enum class JointType : std::uint8_t {
   ball,      ///< holds two anchors together, leaves all rotation free (Box3D: spherical joint, Jolt: point constraint)
   generic,   ///< six axes, each free, limited or locked (PhysX: D6, Jolt: six-DOF): hinges, sliders, wheels, welds
   distance,  ///< limits or fixes the distance of two anchors: rods, ropes, springs
-  coupling,  ///< ties a motion of one body to one of another: gears, racks, pulleys
+  coupling,  ///< couples a motion of one body to one of another: gears, racks, pulleys
 };
 
 /// What a joint allows along or about an axis.
 enum class AxisMode : std::uint8_t { free, limited, locked };
 
 /// A spring, damper or motor on an axis of a joint. Its force is stiffness (position - x) + damping (velocity - v), at
-/// most `max_force`, and is integrated implicitly, so that any gain is stable. For an axis of rotation read rad, rad/s,
-/// N·m, N·m/rad, N·m·s/rad.
+/// most `max_force`. It is integrated implicitly, so any gain is stable. For a rotation axis read rad, rad/s, N·m,
+/// N·m/rad, N·m·s/rad.
 struct JointDrive {
   float position = 0;       ///< target (m)
   float velocity = 0;       ///< target (m/s)
@@ -48,7 +48,7 @@ struct JointDrive {
   /// other axes locked.
   bool by_frequency = false;
 
-  /// Whether it pushes at all.
+  /// Whether it acts at all.
   bool is_on() const { return stiffness > 0 || damping > 0; }
   friend bool operator==(const JointDrive&, const JointDrive&) = default;
 };
@@ -65,12 +65,12 @@ struct JointAxis {
   /// within (-pi/2, pi/2) about the others. Equal bounds lock the axis there.
   float lower = 0;
   float upper = 0;     ///< upper end
-  JointDrive drive{};  ///< what pushes along the axis
-  /// 0 to 1: the fraction of its speed with which an axis rebounds from a limit that it hits faster than
-  /// `SolverSettings::restitution_threshold` (m/s or rad/s). Ignored by the solver `impulse`.
+  JointDrive drive{};  ///< spring, damper or motor along the axis
+  /// 0 to 1: the fraction of its speed at which an axis rebounds from a limit that it hits faster than
+  /// `SolverSettings::restitution_threshold` (m/s or rad/s). The solver `impulse` ignores it.
   float restitution = 0;
-  /// Inertia of motion along the axis in addition to that of the bodies (kg or kg·m²), as of a motor's rotor behind its
-  /// gear. Only for axes that are not locked. Velocities and impulses set by the application act on the bodies alone.
+  /// Inertia along the axis in addition to the bodies' (kg or kg·m²), such as that of a geared motor's rotor. Only for
+  /// axes that are not locked. Velocities and impulses set by the application act on the bodies alone.
   float armature = 0;
 
   /// Limits the axis (m or rad).
@@ -93,13 +93,13 @@ struct JointAxis {
     drive = {rest, 0, hertz, damping_ratio, 3e38f, true};
     return *this;
   }
-  /// Dry friction: holds still until pushed by more than `max` (N or N·m).
+  /// Dry friction: resists motion with at most `max` (N or N·m).
   JointAxis& friction(float max) { return drive_velocity(0, max); }
 
   friend bool operator==(const JointAxis&, const JointAxis&) = default;
 };
 
-/// Axes of a generic joint, those of A's frame. A distance joint has one, `x`: the distance.
+/// Axes of a generic joint, in A's frame. A distance joint has one, `x`: the distance.
 enum class JointAxisName : std::uint8_t {
   x,        ///< translation (m) along A's axis x
   y,        ///< ... y
@@ -111,7 +111,7 @@ enum class JointAxisName : std::uint8_t {
 /// How many axes a generic joint has.
 inline constexpr std::size_t joint_axis_count = 6;
 
-/// Which motion of a body a coupling ties.
+/// Which motion of a body is coupled.
 enum class CoupledMotion : std::uint8_t {
   turn,   ///< angle (rad, over any number of turns) of the joint's frame on the body about the axis x of `from`
   slide,  ///< displacement (m) of the body's anchor from the position of `from` along its axis x
@@ -123,7 +123,7 @@ struct CouplingEnd {
   Pose from{};                                 ///< in the world, does not move
 };
 
-/// What a joint is created from.
+/// The definition of a joint.
 struct JointDef {
   JointType type = JointType::ball;  ///< what it constrains
   BodyId a{};                        ///< an existing body
@@ -282,9 +282,9 @@ inline JointDef coupling(BodyId a, BodyId b, CouplingEnd end_a, CouplingEnd end_
 
 // Couplings measure both motions in the world: the bearing of a wheel may move, but not turn about the wheel's axis.
 
-/// Two wheels at their current poses `pose_a` and `pose_b`: A turns by -`ratio` times the angle of B, each about its
-/// axis through its centre (world). The ratio is r_b / r_a for external gears of these radii whose axes point in
-/// the same direction.
+/// Two gears at their current poses `pose_a` and `pose_b`: A turns by -`ratio` times the angle of B, each about its
+/// axis through its centre (world). The ratio is r_b / r_a for external gears of these radii whose axes point the same
+/// way.
 inline JointDef gear_joint(BodyId a, const Pose& pose_a, Vec3 axis_a, BodyId b, const Pose& pose_b, Vec3 axis_b,
                            float ratio) {
   JointDef def = joint_parts::coupling(a, b, {CoupledMotion::turn, joint_frame(pose_a.position, axis_a)},

@@ -1,6 +1,6 @@
 // Vectors, quaternions, matrices, poses and boxes: plain structs for host and device code.
 //
-// Every function is explicit about its rounding, so that all back ends give the same bits: contraction is off in this
+// Every function is explicit about its rounding, so all back ends give the same bits: contraction is off in this
 // project, and `fma` is written where it is wanted. `cross` deliberately uses no fma: with it a × a would not be
 // exactly zero.
 #pragma once
@@ -33,8 +33,8 @@ namespace fathom {
 /// π.
 inline constexpr float pi = 3.14159265358979323846f;
 
-// fma, sqrt and abs are templates so that calls are not ambiguous where both std and fathom are opened by
-// `using namespace`: of two equally good overloads, the non-template one, std's, wins.
+// fma, sqrt and abs are templates to keep calls unambiguous under `using namespace` of both std and fathom: of two
+// equally good overloads, the non-template one, std's, wins.
 
 /// a·b + c with one rounding, on every target.
 template <class = void>
@@ -46,7 +46,7 @@ FATHOM_HD float fma(float a, float b, float c) {
 #endif
 }
 
-/// The correctly rounded square root of `a`, from an estimate at most 3 units in the last place off (what SYCL demands
+/// The correctly rounded square root of `a`, from an estimate at most 3 units in the last place off (what SYCL requires
 /// of a device): a Newton step, then Tuckerman's test of the neighbours. The signs of the residuals are exact, because
 /// fma rounds once (Markstein, Computation of elementary functions on the IBM RISC System/6000, 1990).
 template <class Estimate>
@@ -73,7 +73,7 @@ FATHOM_HD float sqrt(float a) {
 #if defined(__CUDA_ARCH__)
   return __fsqrt_rn(a);
 #elif defined(FATHOM_SYCL_SOURCE)
-  // SYCL demands only 3 units in the last place; AdaptiveCpp uses sqrt.approx on NVIDIA.
+  // SYCL requires only 3 units in the last place; AdaptiveCpp uses sqrt.approx on NVIDIA.
   return correctly_rounded_sqrt(a, [](float x) { return std::sqrt(x); });
 #else
   return std::sqrt(a);
@@ -122,9 +122,9 @@ FATHOM_HD_SHORT Vec3& operator*=(Vec3& a, float s) { return a = s * a; }
 FATHOM_HD_SHORT bool operator==(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 /// @endcond
 
-/// Scalar product.
+/// Dot product.
 FATHOM_HD_SHORT float dot(Vec3 a, Vec3 b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
-/// Vector product.
+/// Cross product.
 FATHOM_HD_SHORT Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
@@ -175,7 +175,7 @@ struct Quat {
 
 /// The inverse rotation.
 FATHOM_HD_SHORT Quat conjugate(Quat q) { return {q.w, -q.x, -q.y, -q.z}; }
-/// Scalar product of the components.
+/// Dot product of the components.
 FATHOM_HD_SHORT float dot(Quat a, Quat b) { return fma(a.w, b.w, fma(a.x, b.x, fma(a.y, b.y, a.z * b.z))); }
 /// Whether all components are finite.
 FATHOM_HD_SHORT bool is_finite(Quat q) { return is_finite(q.w) && is_finite(q.vector()); }
@@ -272,7 +272,7 @@ FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {
   return {element(0, 0), element(1, 1), element(2, 2), element(0, 1), element(0, 2), element(1, 2)};
 }
 
-/// Rigid transform: x ↦ rotation·x + position. 32 bytes, that is two aligned 16-byte loads.
+/// Rigid transform: x ↦ rotation·x + position. 32 bytes: two aligned 16-byte loads.
 struct alignas(16) Pose {
   Vec3 position{};     ///< m
   float reserved = 0;  ///< reserved for the simulators

@@ -28,8 +28,8 @@ class TriangleVisitor {
   ~TriangleVisitor() = default;
 };
 
-/// Common base of meshes and height fields. Immutable; shared by bodies. Bodies collide only with the side that the
-/// triangles' normals point to; the other side is solid.
+/// Common base of meshes and height fields. Immutable; shared by bodies. Triangles are one-sided: bodies collide only
+/// with the side that their normals point to; the other side is solid.
 class FATHOM_API Surface {
  public:
   virtual ~Surface() = default;
@@ -79,7 +79,7 @@ class FATHOM_API TriangleMesh final : public Surface {
   std::vector<Node> nodes_;
 };
 
-/// What a height field is created from. Samples lie on a grid in the plane z = 0 of the surface's frame, the first at
+/// The definition of a height field. Samples lie on a grid in the plane z = 0 of the surface's frame, the first at
 /// its origin; sample (i, j) is at x = i · cell_x, y = j · cell_y and has the index j · columns + i.
 struct HeightFieldDef {
   std::uint32_t columns = 0;       ///< samples along x, at least 2
@@ -121,8 +121,8 @@ class FATHOM_API HeightField final : public Surface {
 };
 
 /// Triangle mesh for fixed and kinematic bodies: `indices` has three vertices per triangle, counter-clockwise seen from
-/// outside. Vertices at equal positions are merged, so that bodies do not catch on the edges between their triangles;
-/// triangles without area are dropped. The mesh need be neither closed nor manifold. The body's frame is the vertices'
+/// outside. Vertices at equal positions are merged, so bodies do not catch on the edges between their triangles;
+/// zero-area triangles are dropped. The mesh need be neither closed nor manifold. The body's frame is the vertices'
 /// own: no centre of mass is computed. Throws `Error{invalid_argument}` for coordinates that are not finite or beyond
 /// 10⁶ m and for indices out of range or not in threes, and `Error{degenerate_shape}` if no triangle is left.
 FATHOM_API Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);

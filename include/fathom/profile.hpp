@@ -34,7 +34,7 @@ struct StepCounts {
   std::uint32_t overflow = 0;     ///< manifolds beyond the last colour, solved one by one
   std::uint32_t unbatched = 0;    ///< manifolds not solved because their work-group was full (cells on a device)
   std::uint32_t work_groups = 0;  ///< cells of the grid (cells)
-  std::uint32_t overlaps = 0;     ///< maximum of overlaps that one body found (sweep on a device)
+  std::uint32_t overlaps = 0;     ///< most overlaps found by one body (sweep on a device)
   std::uint32_t islands = 0;      ///< islands (0 where sleeping is off)
   std::uint32_t recycled = 0;     ///< manifolds that the narrow phase kept from the last step
   std::uint32_t quarantined = 0;  ///< bodies stopped in this step because their state was not finite

@@ -12,10 +12,10 @@ namespace fathom {
 struct QueryFilter {
   /// Only bodies whose `Filter::category` shares a bit with it.
   std::uint64_t mask = ~std::uint64_t{0};
-  /// Bodies that the query ignores, usually the one that asks.
+  /// Bodies that the query ignores, usually the caller's own.
   std::vector<BodyId> ignored{};
-  /// Called last, in no particular order, for bodies that the query has found; false continues as if the body were
-  /// absent. It may read what the application gave the body (user data, shape, motion), but must not change the world.
+  /// Called last, in no particular order, for bodies that the query has found; false skips the body. It may read what
+  /// the application set on the body (user data, shape, motion), but must not change the world.
   std::function<bool(BodyId)> accepts{};
   bool sensors = false;  ///< whether it sees sensors
   /// If not 0: only bodies whose `Filter::mask` shares a bit with it.

@@ -51,14 +51,14 @@ FATHOM_API Shape box(Vec3 half_extents);
 /// than 4, coincident, collinear or coplanar) or the hull would exceed 255 vertices, 255 faces or 1,024 half-edges,
 /// naming the remedy.
 FATHOM_API Shape hull(std::span<const Vec3> points);
-/// Cylinder along z, `half_height` up and down from its centre (m, each > 0): a hull, namely a prism whose
-/// cross-section is a regular polygon with `sides` (3 to 127) sides and the circle's area. So its mass is the
-/// cylinder's, and with 32 sides its surface is within 0.4 % of the radius. It rests on its faces and does not start to
-/// roll on slopes of less than π/`sides` (6° with 32); a `capsule` rolls on every slope.
+/// Cylinder along z, `half_height` up and down from its centre (m, each > 0): a hull, a prism whose cross-section is a
+/// regular polygon with `sides` (3 to 127) sides and the circle's area. Its mass is the cylinder's, and with 32 sides
+/// its surface is within 0.4 % of the radius. It rests on its faces and does not start to roll on slopes of less than
+/// π/`sides` (6° with 32); a `capsule` rolls on every slope.
 FATHOM_API Shape cylinder(float radius, float half_height, int sides = 32);
 /// Cone along z, `height` from its base to its tip (m, each > 0), or a frustum if `top_radius` (m, not negative) is
 /// given: a hull with cross-sections like those of `cylinder`. The origin is its centre of mass, for a cone a quarter
-/// of its height above the base; `Hull::offset` is the position of that relative to half height.
+/// of its height above the base; `Hull::offset` is its position relative to half height.
 FATHOM_API Shape cone(float radius, float height, float top_radius = 0, int sides = 32);
 
 /// Mass (kg) and rotational inertia about the centre of mass (kg·m²).
@@ -83,11 +83,11 @@ class FATHOM_API Hull {
     Vec3 normal;       ///< outward unit normal
     float offset = 0;  ///< dot(normal, point) of the face's points
   };
-  /// The half-edges of a face run counter-clockwise seen from outside. Twins are neighbours: edge e has the
-  /// twin e ^ 1, so that the undirected edges are the pairs (2k, 2k + 1).
+  /// The half-edges of a face run counter-clockwise seen from outside. Twins are adjacent: edge e has the twin e ^ 1,
+  /// and the undirected edges are the pairs (2k, 2k + 1).
   struct HalfEdge {
     std::uint16_t next = 0;   ///< the next half-edge of the face
-    std::uint8_t origin = 0;  ///< the vertex it leaves
+    std::uint8_t origin = 0;  ///< the vertex it starts at
     std::uint8_t face = 0;    ///< the face it belongs to
   };
 
@@ -104,7 +104,7 @@ class FATHOM_API Hull {
   std::span<const Plane> planes() const { return planes_; }     ///< one for each face
   /// For each face one of its half-edges.
   std::span<const std::uint16_t> face_edges() const { return face_edges_; }
-  /// For each vertex the first half-edge that leaves it.
+  /// For each vertex the first half-edge that starts at it.
   std::span<const std::uint16_t> vertex_edges() const { return vertex_edges_; }
   /// The vertices again, in eights; the last eight are padded with the first vertex.
   std::span<const Eight> vertex_eights() const { return vertex_eights_; }

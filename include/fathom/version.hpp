@@ -3,7 +3,7 @@
 
 #include <fathom/export.hpp>
 
-// Semantic versions; CHANGELOG.md says what is promised. CMakeLists.txt reads these lines.
+// Semantic versioning; CHANGELOG.md states the guarantees. CMakeLists.txt reads these lines.
 #define FATHOM_VERSION_MAJOR 0
 #define FATHOM_VERSION_MINOR 1
 #define FATHOM_VERSION_PATCH 0
@@ -12,7 +12,7 @@
 
 namespace fathom {
 
-/// How the library was built, and what it uses on this machine. For error reports.
+/// How the library was built, and what it uses on this machine. For bug reports.
 struct LibraryInfo {
   int version = 0;             ///< `FATHOM_VERSION` of the library
   const char* text = "";       ///< the same as "major.minor.patch"

@@ -1,4 +1,4 @@
-// The world: bodies, joints, forces, steps, queries and events. This is the interface an application uses.
+// The world: bodies, joints, forces, steps, queries and events. The application's interface to the library.
 //
 //   fathom::World world({.threads = 4});
 //   world.add({.motion = fathom::MotionType::fixed, .shape = fathom::box({50, 50, 0.5f})});
@@ -57,8 +57,8 @@ struct SolverSettings {
 
   Solver method = Solver::soft;  ///< soft constraints or sequential impulses
   bool warm_start = true;        ///< contacts start from their last impulses; otherwise from zero in each substep
-  /// Mechanisms of rigid joints are solved directly by `soft`; otherwise by sweeps, like contacts: several times as
-  /// fast, but their joints open by millimetres, and by more under heavy loads (docs/joints.md).
+  /// `soft` solves mechanisms of rigid joints directly. False: by sweeps, like contacts, which is several times as
+  /// fast, but joints drift apart by millimetres, and by more under heavy loads (docs/joints.md).
   bool direct_joints = true;
   int substeps = 4;         ///< 1 to `max_substeps`
   int iterations = 10;      ///< sweeps per substep of `impulse`; `soft` makes one, and one relax sweep
@@ -69,15 +69,14 @@ struct SolverSettings {
   float contact_damping_ratio = 0.7f;  ///< of contacts; 1 is critical
   float push_out_velocity = 3.0f;      ///< m/s, the maximum for resolving penetration
   float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces; at least g h, with substep h
-  /// m/s; faster bodies are slowed to it. Angular speeds are limited to 16 rad per substep: 3,840 rad/s at 4 substeps
+  /// m/s; faster bodies are clamped to it. Angular speeds are limited to 16 rad per substep: 3,840 rad/s at 4 substeps
   /// and 1/60 s. `WorldDef::log` reports the first velocity beyond these limits that the application requests.
   float max_linear_speed = 1000.0f;
 };
 
 /// Islands of touching bodies fall asleep together if they rest on something that cannot be pushed, or do not move at
-/// all; bodies that sink, rise or drift freely never sleep. They are woken by contacts, by setters and by changes to
-/// what they rest on: a change of gravity, a support that moves, is removed or gets another material, a fixed body
-/// placed into them.
+/// all; bodies that sink, rise or drift freely never sleep. Contacts, setters and changes to what they rest on wake
+/// them: a change of gravity, a support that moves, is removed or gets another material, a fixed body placed into them.
 struct SleepSettings {
   bool enabled = true;         ///< whether bodies sleep at all
   float linear_speed = 0.05f;  ///< m/s of the fastest point of a body below which it may fall asleep; round bodies that
@@ -85,18 +84,18 @@ struct SleepSettings {
   float time = 0.5f;           ///< s for which all bodies of an island must have been slow
 };
 
-/// What runs the step.
+/// What executes the step.
 enum class SimulatorKind : std::uint8_t {
   native,  ///< the CPU's cores and vector lanes (default)
   device,  ///< a GPU, or the host running the same kernels; `WorldDef::device` selects it
-  hybrid,  ///< detection on that device, resolution on the CPU
+  hybrid,  ///< collision detection on that device, solver on the CPU
 };
 
-/// What a world is created from.
+/// The definition of a world.
 struct WorldDef {
   static constexpr int max_threads = 1024;  ///< of a world
 
-  SimulatorKind simulator = SimulatorKind::native;  ///< what runs the step
+  SimulatorKind simulator = SimulatorKind::native;  ///< what executes the step
   /// For the device simulator: `auto` (the first GPU, else the host), `host`, `cuda[:index]` or `sycl[:index]`.
   std::string device = "auto";
   /// Device simulator. 0: reading poses, velocities, events or the profile waits for the last step; steps of which
@@ -123,10 +122,10 @@ struct WorldDef {
 /// Sets of algorithms (docs/published-algorithms.md).
 enum class Preset : std::uint8_t {
   fathom,        ///< the defaults: tree, colours, soft
-  dissertation,  ///< that of Pereira (2020): sweep, cells, impulse, unlimited bias, no sleeping; on a device without
+  dissertation,  ///< Pereira (2020): sweep, cells, impulse, unlimited bias, no sleeping; on a device without
                  ///< warm starting and two steps ahead
 };
-/// Sets in `def` what a preset specifies for its simulator.
+/// Sets the fields of `def` that the preset specifies for its simulator.
 FATHOM_API void apply(Preset preset, WorldDef& def);
 
 /// A joint that broke (see `JointDef::break_force`) and was removed; its bodies are awake.
@@ -159,7 +158,7 @@ class FATHOM_API World {
   /// Leaves `other` without a world: it may only be destroyed or assigned to.
   World& operator=(World&& other) noexcept;
 
-  /// The definition that it was created or restored from.
+  /// The definition it was created or restored from.
   const WorldDef& definition() const;
   /// What the device simulator runs on ("cuda:0 NVIDIA H100 80GB HBM3"); empty for the native simulator.
   std::string hardware() const;
@@ -167,12 +166,12 @@ class FATHOM_API World {
   // Bodies ------------------------------------------------------------------------------------------------
   /// Throws `invalid_argument` (non-finite, negative or zero values), `capacity`.
   BodyId add(const BodyDef& def);
-  /// Adds several bodies; returns their ids in the order of `defs`. If there are a thousand or more and their order
-  /// jumps about in space, neighbours get neighbouring indices, which makes multi-threaded steps faster. The index of a
-  /// body is a function of `defs` and of the bodies added and removed before. Throws what `add` throws, prefixed with
-  /// "body 17: …" for defs[17], and then adds none.
+  /// Adds several bodies; returns their ids in the order of `defs`. If there are a thousand or more in scattered order,
+  /// bodies close in space get nearby indices, which makes multi-threaded steps faster. A body's index is a function of
+  /// `defs` and of the bodies added and removed before. Throws what `add` throws, prefixed with "body 17: …" for
+  /// defs[17], and then adds none.
   std::vector<BodyId> add_bodies(std::span<const BodyDef> defs);
-  /// Allocates memory for `bodies` bodies, so that adding them allocates little.
+  /// Allocates memory for `bodies` bodies; adding them then allocates little.
   void reserve(std::uint32_t bodies);
   /// Sorts bodies for collision detection and queries, as the next step and the next query otherwise would. For use
   /// after adding many bodies: a million fixed boxes take 0.6 s or more. Finds pairs, and calls the filter callback, as
@@ -197,16 +196,16 @@ class FATHOM_API World {
 
   // All of these throw `stale_id`; setters throw `invalid_argument` for non-finite values. Setters wake the body.
   const Pose& pose(BodyId id) const;  ///< of its centre of mass
-  /// Moves a body at once, without pushing anything in between; the rotation is normalised.
+  /// Teleports a body, without pushing anything in between; the rotation is normalised.
   void set_pose(BodyId id, const Pose& pose);
   const Velocity& velocity(BodyId id) const;  ///< m/s and rad/s, world axes
   /// Sets the velocity (m/s, rad/s).
   void set_velocity(BodyId id, Vec3 linear, Vec3 angular);
-  /// Moves a kinematic body so that it is at exactly this pose at the end of the next step. During that step it has the
-  /// velocity that takes it there on a straight line, turning the shorter way: contacts see that velocity, it carries
-  /// what rests on it, and if it moves, sleepers on it wake. Then it stops, unless this is called again. Until the
-  /// step, `set_pose`, `set_velocity` and `add_velocity` override it. Use `set_pose` to make a body appear elsewhere
-  /// without pushing anything in between. Throws `invalid_argument` for bodies that are not kinematic.
+  /// Moves a kinematic body to exactly this pose by the end of the next step. During that step it has the velocity that
+  /// takes it there in a straight line, turning the shorter way. Contacts see that velocity; it carries bodies that
+  /// rest on it and, if it moves, wakes sleeping ones. Then it stops, unless this is called again. Until the step,
+  /// `set_pose`, `set_velocity` and `add_velocity` override it. To teleport a body, use `set_pose`. Throws
+  /// `invalid_argument` for bodies that are not kinematic.
   void move_to(BodyId id, const Pose& pose);
   /// Adds to the velocity (m/s, rad/s) without reading it first.
   void add_velocity(BodyId id, Vec3 linear, Vec3 angular);
@@ -297,20 +296,18 @@ class FATHOM_API World {
   JointPositions joint_positions(JointId id) const;
 
   // Callbacks -----------------------------------------------------------------------------------------------
-  // They are called by the thread that calls `step`, one pair at a time, in an order that does not depend on the number
-  // of threads. They may read the world but not change, save or query it: that throws `invalid_argument`. `step`
-  // rethrows the first exception of a callback once the step is over; that pair is treated as without a callback.
-  // `restore` keeps callbacks; snapshots and recordings do not contain them. Replays are identical only if the
-  // callbacks answer the same, so the answers should be a function of the world. The native and the hybrid simulator
-  // support them.
+  // The thread that calls `step` calls them, one pair at a time, in an order that does not depend on the number of
+  // threads. They may read the world but not change, save or query it: that throws `invalid_argument`. `step` rethrows
+  // the first exception of a callback once the step is over; that pair is handled as without a callback. `restore`
+  // keeps callbacks; snapshots and recordings do not contain them. Replays are identical only if the callbacks return
+  // the same, so what they return should be a function of the world. The native and the hybrid simulator support them.
 
-  /// Called before contacts of bodies with `BodyDef::pre_solve` are solved; see PreSolveContact. An empty function ends
-  /// it.
+  /// Called before contacts of bodies with `BodyDef::pre_solve` are solved; see PreSolveContact. An empty function
+  /// removes it.
   void set_pre_solve_callback(std::function<void(PreSolveContact&)> callback);
-  /// Decides whether two bodies may collide whose filters allow it and of which at least one has
-  /// `BodyDef::custom_filter`. Asked when their boxes begin to overlap, each time they do so again or one of them gets
-  /// another filter, and, as long as the answer is false, whenever one of them has moved by the margin of its box. Not
-  /// asked for queries and sensors.
+  /// Decides whether two bodies may collide if their filters allow it and at least one has `BodyDef::custom_filter`.
+  /// Called whenever their boxes begin to overlap or one of them gets another filter, and, while the result is false,
+  /// whenever one of them has moved by the margin of its box. Not called for queries and sensors.
   void set_filter_callback(std::function<bool(BodyId a, BodyId b)> callback);
 
   // Forces act during the next step only; impulses act at once. A force moves the body as symplectic Euler over the
@@ -347,11 +344,11 @@ class FATHOM_API World {
   // drops its oldest events beyond a quarter of a million, and `log` says so.
   const Profile& profile() const;                        ///< times and counts
   std::span<const ContactEvent> contacts_begun() const;  ///< pairs that began to touch
-  std::span<const ContactEvent> contacts_ended() const;  ///< pairs that ceased to touch
+  std::span<const ContactEvent> contacts_ended() const;  ///< pairs that stopped touching
   std::span<const HitEvent> hits() const;                ///< impacts
   std::span<const Quarantine> quarantined() const;       ///< bodies whose state became non-finite
-  /// Joints that broke, by slot within a step. A world with breakable joints waits for each step, whatever
-  /// `WorldDef::ahead` says.
+  /// Joints that broke, by slot within a step. A world with breakable joints waits for each step regardless of
+  /// `WorldDef::ahead`.
   std::span<const JointBreak> joints_broken() const;
   /// Bodies that entered a sensor, by sensor and body within a step.
   std::span<const SensorEvent> sensor_begun() const;
@@ -402,7 +399,7 @@ class FATHOM_API World {
   /// little-endian machines. Waits for the steps in flight.
   void save(std::vector<std::byte>& out) const;
   /// Makes this world the saved one: simulator, definition, bodies with their ids, contacts, pending forces, step
-  /// count. It then takes the same steps as the saved one, bit for bit. `threads`, `device`, `ahead`, `log` and the
+  /// count. Its further steps equal those of the saved one, bit for bit. `threads`, `device`, `ahead`, `log` and the
   /// callbacks remain this world's own. Throws `file` for bytes that are truncated, altered or of another version, and
   /// `unavailable` if the saved world's device simulator finds no device; the world is then unchanged.
   void restore(std::span<const std::byte> bytes);

@@ -1,8 +1,8 @@
-// Checks of invariants, for developers: they report an error where it is made.
+// Checks of invariants, for developers: they catch an error where it occurs.
 //
-// FATHOM_ASSERT is cheap and is in every build but release; FATHOM_VALIDATE may cost as much as a step and is in the
-// builds that tests, sanitizers and fuzzers use (CMake's FATHOM_CHECKS). Both take a condition and, if it concerns a
-// body, that body: its slot, in device code its device index. In other builds the condition is not evaluated.
+// FATHOM_ASSERT is cheap and on in every build except release; FATHOM_VALIDATE may cost as much as a step and is on in
+// builds for tests, sanitizers and fuzzers (CMake's FATHOM_CHECKS). Both take a condition and, if it concerns a body,
+// that body: its slot, or in device code its device index. Other builds do not evaluate the condition.
 #pragma once
 
 #include <atomic>
@@ -31,8 +31,8 @@ struct Failure {
   std::uint64_t step;  ///< last step taken by any world
 };
 
-/// Handles a failure instead of writing to the error output and aborting; null restores that. May be called from any
-/// thread. If it returns, so does the check.
+/// Handles a failure instead of writing to stderr and aborting; null restores that. May be called from any thread. If
+/// it returns, execution continues after the check.
 using Handler = void (*)(const Failure&);
 void set_handler(Handler handler);
 

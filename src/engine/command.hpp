@@ -1,5 +1,5 @@
-// The game's requests to the simulation: a list of commands, executed in order before a step. Lists are the only way
-// in, so that the simulation can run on its own thread and a run can be recorded and replayed.
+// The game's requests to the simulation: a list of commands, executed in order before a step. Nothing else changes the
+// simulation, so it can run on its own thread, and a run can be recorded and replayed.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace fathom::engine {
 
-/// A body as the game knows it, from the moment it requests it: the simulation may add it later. Reused indices get a
+/// A body as the game knows it. Valid from the request on; the simulation may add the body later. Reused indices get a
 /// new generation.
 struct BodyHandle {
   std::uint32_t index = 0xffffffffu;
@@ -45,13 +45,12 @@ enum class CommandKind : std::uint8_t {
   include,            ///< the same
 };
 inline constexpr int command_kind_count = static_cast<int>(CommandKind::include) + 1;
-/// Whether a command's `definition` is an index of the list's joints.
+/// Whether a command's `definition` is an index into the list's joints.
 inline constexpr bool is_of_joint(CommandKind kind) {
   return kind >= CommandKind::join && kind <= CommandKind::include;
 }
 
-/// The kind determines the fields' meaning; units and axes are those of the functions of `fathom::World` with the same
-/// name.
+/// The kind determines what the fields mean; units and axes are those of the `fathom::World` function of the same name.
 struct Command {
   CommandKind kind = CommandKind::wake;
   BodyHandle body;
@@ -72,7 +71,7 @@ class CommandList {
     push({CommandKind::add, body, {}, {}, {}, static_cast<std::uint32_t>(definitions_.size())});
     definitions_.push_back(definition);
   }
-  /// `kind`: join or one of those after it.
+  /// `kind`: join or a later one.
   void joint(CommandKind kind, BodyHandle a, BodyHandle b, const JointDef& definition) {
     FATHOM_ASSERT(is_of_joint(kind));
     push({kind, a, {}, {}, {}, static_cast<std::uint32_t>(joints_.size())});

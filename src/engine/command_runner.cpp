@@ -81,7 +81,7 @@ void CommandRunner::run(const CommandList& list) {
   }
 }
 
-// False, with none added, if the world refuses one; adding them one by one tells which.
+// False, with none added, if the world refuses one; adding them one by one then finds which.
 bool CommandRunner::add_together(std::span<const Command> additions, const CommandList& list) {
   const std::size_t first = additions.front().definition;
   if (first + additions.size() > list.definitions().size()) return false;

@@ -11,7 +11,7 @@ namespace fathom::engine {
 
 class CommandRunner {
  public:
-  /// Existing bodies of the world get their ids as handles.
+  /// Bodies already in the world use their ids as handles.
   explicit CommandRunner(World& world);
 
   /// Executes the commands in order. Throws what the world throws, naming the command and its body.
@@ -22,7 +22,7 @@ class CommandRunner {
   bool contains(BodyHandle handle) const;
   /// The body of a handle. Throws `Error{stale_id}` if it has none.
   BodyId body(BodyHandle handle) const;
-  /// The handle of a living body, else one of generation 0.
+  /// The handle of a living body; generation 0 if it has none.
   BodyHandle handle(BodyId body) const;
 
   /// By handle index; generation 0 if unused.
@@ -31,8 +31,8 @@ class CommandRunner {
     BodyId body;
   };
   const std::vector<Entry>& entries() const { return entries_; }
-  /// Adopts the entries of another runner whose world was restored into this one's. Throws `Error{file}` if they name
-  /// bodies that do not exist.
+  /// Adopts the entries of another runner after this one's world was restored from that one's. Throws `Error{file}` if
+  /// they name bodies that do not exist.
   void set_entries(std::vector<Entry> entries);
 
  private:

@@ -155,7 +155,7 @@ void Config::set(std::string_view assignment) {
   if (equals == std::string_view::npos || trimmed(assignment.substr(0, equals)).empty())
     throw Error(ErrorCode::invalid_argument,
                 fmt::format("--set {}: write it as key=value, e.g. --set simulator.threads=4", assignment));
-  // What TOML cannot express could not be saved.
+  // Values that TOML cannot express could not be saved.
   if (!parse_value(quoted_toml(assignment)))
     throw Error(ErrorCode::invalid_argument, "--set key=value: the text is not UTF-8; write it in UTF-8");
   const std::string name(trimmed(assignment.substr(0, equals)));
@@ -187,7 +187,7 @@ std::string Config::text(bool origins) const {
     const std::string head = name.substr(0, name.rfind('.', action_prefix.size() - 1));
     if (head != table) out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", table = head);
     const std::string comment = origins ? now.origin_of(name) : help;
-    // Unset values are written as comments, so that they are unset when read again.
+    // Unset values are written as comments, so they stay unset when read again.
     out += fmt::format("{:<36}{}\n", (now.counts(name) ? "" : "# ") + key + " = " + value,
                        comment.empty() ? "" : "  # " + comment);
   };

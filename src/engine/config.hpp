@@ -20,7 +20,7 @@ enum class Pacing : std::uint8_t {
   vsync,  ///< paced by the display; like `fixed` if the front end has none
 };
 
-/// How many steps a frame makes.
+/// How many steps a frame takes.
 enum class TimeSource : std::uint8_t {
   steps,  ///< one, however long it takes
   wall,   ///< as many as wall time requires
@@ -97,10 +97,10 @@ struct Settings {
   std::map<std::string, std::vector<std::string>> actions;
 };
 
-/// The source of a value. The later source in this order wins; a preset sets all that it decides.
+/// The source of a value. Later sources in this order win; a preset sets everything that it decides.
 enum class Setter : std::uint8_t { nobody, scene, file, assignment, option, program };
 
-/// The world below a configuration: it determines what is not set.
+/// The base world of a configuration: it determines what is not set.
 struct WorldBase {
   WorldDef world{};
   std::string name{};                                      ///< of the scene
@@ -112,8 +112,8 @@ class Config {
  public:
   Config();
 
-  /// Reads a file over the present values. Throws `Error{file}` that names file, line, key and remedy, in which case
-  /// nothing changes.
+  /// Reads a file over the current values. If it throws `Error{file}`, which names file, line, key and remedy, nothing
+  /// changes.
   void load(const std::string& path);
   /// The same from text; `file` is its name in error messages.
   void parse(std::string_view text, std::string_view file);
@@ -123,10 +123,10 @@ class Config {
   /// Sets one key as a command-line option, over files and assignments; `option` is its name for `origin`.
   void give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change,
             Setter setter = Setter::option);
-  /// Sets the world below the configuration.
+  /// Sets the base world.
   void set_base(WorldBase base);
-  /// Writes a file that `load` reads back as this configuration, with unset keys as comments; complete or not at all.
-  /// Throws `Error{file}`.
+  /// Atomically writes a file that `load` reads back as this configuration, with unset keys as comments. Throws
+  /// `Error{file}`.
   void save(const std::string& path) const;
 
   /// The values as a TOML file, unset ones as comments; with `origins` each line ends in a comment with the origin of
@@ -166,7 +166,7 @@ class Config {
   void settle();
 
   Settings values_;
-  Settings settled_;                                    // as last settled: differences are edits
+  Settings settled_;                                    // as last settled; differences are edits
   std::map<std::string, Origin, std::less<>> origins_;  // of set values
   WorldBase base_;
 };

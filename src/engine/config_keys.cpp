@@ -15,14 +15,14 @@
 namespace fathom::engine {
 namespace {
 
-/// The number that is wrong; nothing for other types, which the requirement rules out.
+/// The invalid number; nothing for other types, which the requirement excludes.
 std::string not_this(const toml::node& node) {
   if (const toml::value<std::int64_t>* integer = node.as_integer()) return fmt::format(", not {}", integer->get());
   if (const toml::value<double>* number = node.as_floating_point()) return fmt::format(", not {}", number->get());
   return {};
 }
 
-// `At` is a generic lambda from settings to the value, so that one lambda serves both reading and writing.
+// `At` is a generic lambda from settings to the value: one lambda serves both reading and writing.
 
 template <class At>
 ConfigKey integer(std::string name, std::string help, std::int64_t least, std::int64_t most, At at) {
@@ -105,7 +105,7 @@ ConfigKey choice(std::string name, std::string help, std::vector<std::pair<std::
           }};
 }
 
-/// Three finite numbers for which is_good is true; `what` describes that condition.
+/// Three finite numbers that satisfy is_good; `what` describes that condition.
 template <class At>
 ConfigKey vector(std::string name, std::string help, std::string what, bool (*is_good)(Vec3), At at) {
   return {std::move(name), std::move(help), false,

@@ -1,5 +1,5 @@
-// One world definition from a scene, a configuration and options: the last to set a value wins, and a preset sets all
-// that it decides.
+// One world definition from a scene, a configuration and options. The last to set a value wins; a preset sets
+// everything that it decides.
 #include "engine/config_world.hpp"
 
 #include <algorithm>

@@ -12,12 +12,12 @@ class OutputFile;
 
 namespace fathom::engine {
 
-/// Costs next to nothing without a file. Used by the engine's thread.
+/// Nearly free without a file. For the engine's thread only.
 class DataLog {
  public:
   DataLog();
-  /// The file grows in place, so that others can follow it. Throws `Error{file}` if it cannot be written. Empty: no
-  /// file.
+  /// The file grows in place, so other programs can follow it. Empty: no file. Throws `Error{file}` if it cannot be
+  /// written.
   explicit DataLog(const std::string& path);
   ~DataLog();
 

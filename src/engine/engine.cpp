@@ -20,8 +20,8 @@ constexpr double speed_window = 1.0;                         // s over which Fra
 constexpr double rounding = 1e-6;                            // error of sums of steps, relative to a step
 constexpr auto longest_nap = std::chrono::milliseconds(20);  // interval at which a waiting frame checks whether to end
 
-/// The intended value of a single-precision time step, so that ten of 0.01 s are 0.1 s: a whole fraction of a second,
-/// even if written with a digit too few (0.0083333333), or else the shortest decimal number.
+/// The intended value of a single-precision time step, so that ten steps of 0.01 s are 0.1 s: a unit fraction of a
+/// second, even if written with a digit too few (0.0083333333), otherwise the shortest decimal number.
 double nominal(float dt) {
   const double part = 1 / std::round(1 / static_cast<double>(dt));
   const auto rounded = static_cast<float>(part);
@@ -174,7 +174,7 @@ bool Engine::ends() {
   return stopping_ || ended;
 }
 
-// Afterwards no step is in progress, and the game has the newest state.
+// On return no step is in progress, and the game has the newest state.
 void Engine::settle() {
   last_step_ = ~std::uint64_t{0};
   stopping_ = simulation_runs_ = false;
@@ -239,7 +239,7 @@ void Engine::take_events() {
 
 void Engine::change_entities() {
   const trace::Zone zone("entities");
-  // What was requested before the first frame exists from the first step, regardless of the limit.
+  // Entities requested before the first frame exist from the first step, regardless of the limit.
   const std::uint32_t limit = stats_.frame == 1 ? ~0u : world_.spawn_limit();
   stats_.spawned = world_.take_over_changes(limit, failures_);
   stats_.waiting = world_.waiting();
@@ -294,7 +294,7 @@ void Engine::follow() {
   const int single_steps = std::exchange(single_steps_, 0);
   if (paused_ && single_steps > 0) simulation_->single_steps(single_steps);
   tick(TickPhase::during);
-  // Unpaced frames would read the same state again and again.
+  // Unpaced frames would keep reading the same state.
   if (config_->loop.pacing == Pacing::free) simulation_->wait_for(before + 1, 1 / config_->loop.rate);
   world_.set_state(simulation_->newest());
   step_ = world_.state()->step;
@@ -320,7 +320,7 @@ void Engine::draw() {
   const StatePtr newest = is_async() ? simulation_->newest() : nullptr;
   const SimulationState& to = newest ? *newest : *world_.state();
   const StatePtr previous = is_async() ? simulation_->previous() : nullptr;
-  // One step behind, so that there is always a state on either side.
+  // One step behind, to interpolate between two known states.
   const double since = seconds(Clock::now() - to.published) * time_scale_ / static_cast<double>(config_->simulator.dt);
   const float share = previous ? static_cast<float>(std::clamp(since, 0.0, 1.0)) : 1.0f;
   DrawFrame frame;

@@ -1,11 +1,11 @@
-// The engine: one class that runs the main loop around a world of entities and a simulator with a thread of its own
+// The engine: one class that runs the main loop around a world of entities and a simulator on its own thread
 // (dissertation, section 3.1 and figure 3.1).
 //
 // A frame is
 //     window and input events → timers → spawns and destructions
 //     → for every step of the frame: ticks before → simulation ∥ ticks during → ticks after
 //     → render
-// A frame makes zero or more steps of fixed length: as many as wall time requires (`loop.time = "wall"`) or one
+// A frame takes zero or more steps of fixed length: as many as wall time requires (`loop.time = "wall"`) or one
 // (`loop.time = "steps"`). Ticks belong to steps, so logic does not depend on the frame rate.
 #pragma once
 
@@ -52,10 +52,10 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// Runs frames until `stop`, the window's closing, `end_when`, or `steps` more steps (0: no end). No step is in
-  /// progress when it returns or throws. Throws exceptions of callbacks after the frame is complete, so that no other
-  /// callback is skipped: the first is thrown, the others are logged. Another `run` continues from there. Also throws
-  /// errors of the simulation's thread; those end the simulation.
+  /// Runs frames until `stop`, the window closes, `end_when`, or `steps` more steps (0: no end). No step is in progress
+  /// when it returns or throws. An exception of a callback is thrown after the frame is complete, so it skips no other
+  /// callback; further ones are logged. Another `run` continues from there. Also throws errors of the simulation's
+  /// thread; those end the simulation.
   void run(std::uint64_t steps = 0);
   /// Stops the simulation and completes recording, trace and data files; afterwards the engine cannot be used. Throws
   /// `Error{file}` if a file could not be written. The destructor does the same and logs errors.
@@ -69,7 +69,7 @@ class Engine {
 
   void set_paused(bool paused);
   bool paused() const { return paused_; }
-  /// Makes one step while paused. In mode `async` its result appears in one of the next frames.
+  /// Takes one step while paused. In mode `async` its result appears in one of the next frames.
   void single_step() { ++single_steps_; }
   /// Simulated seconds per second of wall time, ≥ 0. Throws `Error{invalid_argument}` on anything else.
   void set_time_scale(double scale);
@@ -87,7 +87,7 @@ class Engine {
   std::uint64_t steps() const { return step_; }  ///< steps begun by the game
   double time() const;                           ///< s simulated at the end of the last of them
 
-  /// Called once per frame, after events and before timers: for what follows the frame rate, such as cameras.
+  /// Called once per frame, after events and before timers: for anything tied to the frame rate, such as cameras.
   void on_frame(std::function<void(Engine&)> callback) { on_frame_.push_back(std::move(callback)); }
   /// Events for the next frame, as if they came from the front end.
   void inject(const InputEvent& event) { injected_.push_back(event); }
@@ -125,7 +125,7 @@ class Engine {
   EntityWorld world_;
   std::unique_ptr<Simulation> simulation_;
   Camera camera_;
-  std::deque<std::function<void(Engine&)>> on_frame_;  // a deque, because callbacks may add others
+  std::deque<std::function<void(Engine&)>> on_frame_;  // a deque: callbacks may add others
   std::function<bool()> ended_;
   Failures failures_;
   std::vector<InputEvent> events_, injected_;

@@ -51,9 +51,8 @@ struct EntityDef {
   TickPhase tick = TickPhase::none;
 };
 
-/// Derive from it for an entity's own logic and data. The engine's thread calls all functions; they may call anything
-/// of the engine but `frame`, `run` and `finish`, and may spawn and destroy entities. They may throw (see
-/// `Engine::run`).
+/// Derive from it to give an entity logic and data. The engine's thread calls all functions. They may call any function
+/// of the engine except `frame`, `run` and `finish`, may spawn and destroy entities, and may throw (see `Engine::run`).
 class Entity {
  public:
   Entity() = default;
@@ -61,7 +60,7 @@ class Entity {
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
 
-  /// At creation, before bodies are registered: may change `def`. If it throws, the entity is not created.
+  /// Called at creation, before bodies are registered; may change `def`. If it throws, the entity is not created.
   virtual void created(Engine&, EntityDef&) {}
   virtual void tick(const Tick&) {}
   virtual void destroyed(Engine&) {}
@@ -75,9 +74,9 @@ class Entity {
   const Pose& pose() const;
   const Velocity& velocity() const;
 
-  // Commands for the next step that has not begun. Without a registered physics body all but set_pose are ignored. The
-  // simulation refuses values that are not finite, and forces and impulses on bodies that are not dynamic; either ends
-  // the run with an error.
+  // Commands for the next step that has not begun. Without a registered physics body all except set_pose are ignored.
+  // The simulation refuses non-finite values, and forces and impulses on bodies that are not dynamic; either ends the
+  // run with an error.
   void set_pose(const Pose& pose);
   void move_to(const Pose& pose);  ///< for a kinematic body, at the step's end; see World::move_to
   void set_velocity(Vec3 linear, Vec3 angular);

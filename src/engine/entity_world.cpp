@@ -20,7 +20,7 @@ class FunctionEntity final : public Entity {
   TickFunction tick_;
 };
 
-/// The pose `share` of the way between two; rotations by normalised interpolation along the shorter way.
+/// The pose `share` of the way between two; rotations by normalised linear interpolation (nlerp), the shorter way.
 Pose between(const Pose& from, const Pose& to, float share) {
   const Quat &a = from.rotation, &b = to.rotation;
   const float sign = dot(a, b) < 0 ? -share : share;
@@ -108,7 +108,7 @@ Entity* EntityWorld::find(std::string_view name) {
 }
 
 std::uint32_t EntityWorld::take_over_changes(std::uint32_t limit, Failures& failures) {
-  // What is requested meanwhile waits for the next frame.
+  // Requests made meanwhile wait for the next frame.
   const std::vector<std::uint32_t> doomed = std::exchange(doomed_, {});
   for (const std::uint32_t index : doomed) end(index, failures);
   std::uint32_t spawned = 0;
@@ -153,7 +153,7 @@ bool EntityWorld::begin(Waiting waiting, Failures& failures) {
   slot.entry = static_cast<std::uint32_t>(list(def.tick).size());
   list(def.tick).push_back(index);
   ++alive_;
-  // Destroyed during its creation: like any destroyed entity, it lives until the next frame.
+  // Destroyed during creation: like any destroyed entity, it lives until the next frame.
   if (slot.doomed) doomed_.push_back(index);
   return true;
 }

@@ -20,11 +20,11 @@ class EntityWorld {
   EntityWorld(const EntityWorld&) = delete;
   EntityWorld& operator=(const EntityWorld&) = delete;
 
-  /// Requests an entity. Its id is valid at once; it comes to life at the start of the next frame, or of a later one if
-  /// more are waiting than may spawn per frame.
+  /// Requests an entity. Its id is valid at once; it spawns at the start of the next frame, or of a later one if more
+  /// are waiting than may spawn per frame.
   EntityId spawn(EntityDef def, std::unique_ptr<Entity> entity = {});
   EntityId spawn(EntityDef def, TickFunction tick);
-  /// Destroys an entity at the start of the next frame; until then it lives and ticks. False if it no longer exists.
+  /// Destroys an entity at the start of the next frame; until then it ticks. False if it no longer exists.
   bool destroy(EntityId id);
 
   /// Joins two living entities' bodies before the next step that has not begun; `definition`'s own bodies are ignored.
@@ -41,7 +41,7 @@ class EntityWorld {
   void exclude(EntityId a, EntityId b);
   void include(EntityId a, EntityId b);
 
-  /// The living entity, or null before it comes to life and after its end.
+  /// The living entity; null before it spawns and after it is destroyed.
   Entity* find(EntityId id);
   Entity* find(std::string_view name);
   std::uint32_t count() const { return alive_; }
@@ -54,7 +54,7 @@ class EntityWorld {
   /// `failures`.
   std::uint32_t take_over_changes(std::uint32_t limit, Failures& failures);
   void run_ticks(const Tick& tick, Failures& failures);
-  /// The game's requests since the last call.
+  /// The game's commands since the last call.
   CommandList& commands() { return commands_; }
   void set_state(StatePtr state) { state_ = std::move(state); }
   const SimulationState* state() const { return state_.get(); }

@@ -1,4 +1,4 @@
-// Callbacks may throw. An exception skips no other callback: all are called, then the first exception is thrown.
+// Callbacks may throw. An exception does not skip the others: all are called, then the first exception is thrown.
 #pragma once
 
 #include <exception>

@@ -1,4 +1,4 @@
-// What the engine needs of a window and a renderer. A front end implements it (GLFW, off-screen, a test); the engine
+// What the engine needs from a window and a renderer. Front ends implement it (GLFW, off-screen, a test); the engine
 // itself provides only a headless one.
 #pragma once
 
@@ -40,7 +40,7 @@ struct DrawFrame {
   /// Look and world pose of every drawn entity, in the same order.
   std::span<const GraphicsBody> bodies;
   std::span<const Pose> poses;
-  /// Changes whenever `bodies` does; otherwise only `poses` need be read.
+  /// Changes whenever `bodies` does; while it stays the same, reading `poses` is enough.
   std::uint64_t revision = 0;
   Camera camera;
   std::uint64_t frame = 0;   ///< number of the frame, from 1
@@ -63,7 +63,7 @@ class FrontEnd {
   /// Appends the events since the last call. `window_closed` ends the run unless a handler consumes it.
   virtual void poll(std::vector<InputEvent>& events) = 0;
   virtual void draw(const DrawFrame& frame) = 0;
-  /// True if `draw` waits for the display, so that the engine need not pace frames.
+  /// True if `draw` waits for the display, so the engine need not pace frames.
   virtual bool has_vsync() const { return false; }
   /// Sets the title or status line, if there is one.
   virtual void set_title(std::string_view) {}

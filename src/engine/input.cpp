@@ -14,7 +14,7 @@ struct NamedKey {
   int code;
 };
 
-// GLFW's numbers (glfw3.h), so that its events need no table; mouse buttons are −2 − button.
+// GLFW's key codes (glfw3.h), so its events need no table; mouse buttons are −2 − button.
 constexpr std::array named_keys{
     NamedKey{"space", 32},         NamedKey{"apostrophe", 39},
     NamedKey{"comma", 44},         NamedKey{"minus", 45},
@@ -122,9 +122,9 @@ void Input::dispatch(std::span<const InputEvent> events) {
 void Input::dispatch(std::span<const InputEvent> events, Failures& failures) {
   for (const InputEvent& event : events) {
     route(event, failures);
-    // Consumed or not, the key is up.
+    // Whether or not the event was consumed, the key is up.
     if (is_release(event.kind)) release(key_of(event), failures);
-    // From here on, releases go to another window.
+    // From now on, another window gets the releases.
     if (event.kind != InputKind::window_unfocused) continue;
     std::set<int> down;
     for (const auto& [name, action] : actions_) down.insert(action.down.begin(), action.down.end());
@@ -132,7 +132,7 @@ void Input::dispatch(std::span<const InputEvent> events, Failures& failures) {
   }
 }
 
-// Handlers may add and remove handlers, so this iterates over a copy and skips those removed meanwhile.
+// Handlers may add and remove handlers: iterates over a copy and skips those removed meanwhile.
 bool Input::route(const InputEvent& event, Failures& failures) {
   bool actions_due = true;
   const std::vector<Entry> entries = entries_;

@@ -55,14 +55,14 @@ class Input {
   using HandlerId = std::uint32_t;
   /// Returns true to consume the event: handlers of lower priority do not see it.
   using Handler = std::function<bool(const InputEvent&)>;
-  /// Called whenever a key bound to the action goes down (true), and when the last of them is up again (false). A
-  /// handler that saw a press also sees the release, consumed or not.
+  /// Called whenever a key bound to the action goes down (true), and when the last of them goes up (false). A handler
+  /// that saw a press also sees the release, consumed or not.
   using ActionHandler = std::function<void(bool pressed)>;
 
-  /// Actions have this priority among handlers.
+  /// The priority of actions among handlers.
   static constexpr int action_priority = 0;
 
-  /// Handlers of equal priority are called in the order of their addition. May be called from a handler.
+  /// Handlers of equal priority are called in the order they were added. May be called from a handler.
   HandlerId add_handler(int priority, Handler handler);
   void remove_handler(HandlerId id);
 

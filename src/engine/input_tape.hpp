@@ -1,4 +1,4 @@
-// Input events recorded frame by frame, and played back instead of a keyboard and mouse.
+// Input events recorded frame by frame, and replayed in place of keyboard and mouse.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace fathom::engine {
 
-/// Events with the number of the frame (from 1) in which they came, ascending.
+/// Events with the number of the frame (from 1) in which they arrived, ascending.
 struct InputTape {
   struct Entry {
     std::uint64_t frame = 0;

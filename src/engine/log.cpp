@@ -26,8 +26,8 @@ spdlog::level::level_enum spdlog_level(LogLevel level) {
   return levels[static_cast<int>(level)];
 }
 
-/// A file that continues an earlier run's. A full file becomes log.1.txt, which becomes log.2.txt. A file that is not a
-/// regular one has no size limit and keeps its name.
+/// A file that later runs continue. A full file becomes log.1.txt, which becomes log.2.txt. A file that is not regular
+/// has no size limit and keeps its name.
 class FileSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit FileSink(const LogSettings& settings)
@@ -80,7 +80,7 @@ LogLevel log_level_named(std::string_view name) {
 
 Log::Log(const LogSettings& settings) {
   std::vector<spdlog::sink_ptr> sinks;
-  // Output for other programs goes to stdout; messages do not mix with it.
+  // stdout is for output to other programs; messages must not mix with it.
   if (settings.console) sinks.push_back(std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
   if (!settings.file.empty()) sinks.push_back(std::make_shared<FileSink>(settings));
   logger_ = std::make_unique<spdlog::logger>("fathom", sinks.begin(), sinks.end());

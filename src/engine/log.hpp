@@ -26,7 +26,7 @@ struct LogSettings {
   int files = 3;       ///< number of old files kept
 };
 
-/// May be used from any thread.
+/// Thread-safe.
 class Log {
  public:
   /// Throws `Error{file}` if the file cannot be written.

@@ -19,10 +19,10 @@ namespace fathom::engine {
 
 struct RecordSettings {
   int snapshot_every = 300;  ///< steps, ≥ 1
-  bool states = true;        ///< every step's poses and velocities, so that a replay can tell what differs first
+  bool states = true;        ///< every step's poses and velocities, for a replay to find what differs first
 };
 
-/// Writes a recording. Make it a `Simulation`'s observer, or call its two functions around the steps of your own world.
+/// Writes a recording. Make it a `Simulation`'s observer, or call its two functions around your own world's steps.
 class Recorder final : public SimulationObserver {
  public:
   /// Throws `Error{file}` if the folder cannot be written.
@@ -64,7 +64,7 @@ struct ReplaySettings {
   int threads = 0;              ///< of the world; 0: as many as the machine has
   std::string device{"auto"};   ///< for a run of the device simulator
   bool check_snapshots = true;  ///< compare contacts and sleep with every recorded snapshot (native simulator)
-  /// Called once, before the first step, when its initial state exists.
+  /// Called once before the first step, when the initial state exists.
   std::function<void(const World& world)> before_first_step{};
   /// Called after each step; tests change the world here.
   std::function<void(std::uint64_t step, World& world)> after_step{};

@@ -27,8 +27,8 @@ std::vector<std::byte> to_bytes(const CommandList& commands);
 /// Throws `Error{file}`.
 CommandList commands_from(std::span<const std::byte> bytes, const std::string& what);
 
-/// Poses and velocities of all slots as words, and their difference from step to step: exclusive or with the last
-/// step's, by byte planes, so that slow bodies yield long runs of zeros.
+/// Poses and velocities of all slots as words, and their difference from step to step: XOR with the last step's, split
+/// into byte planes, so slow bodies yield long runs of zeros.
 class StateDelta {
  public:
   /// The words of the world's current state, as the difference from the last call.

@@ -10,7 +10,7 @@
 namespace fathom::engine {
 namespace {
 
-/// The recorded state of a slot, from whatever source.
+/// The recorded state of all slots.
 struct Recorded {
   std::span<const std::uint32_t> words;
   std::uint32_t slots;
@@ -73,7 +73,7 @@ class Replay {
   }
 
  private:
-  /// True if the replay ends here: an earlier difference has been examined.
+  /// True if the replay ends here because an earlier difference has been examined.
   bool snapshot() {
     const std::vector<std::byte> bytes = file_.read_bytes(file_.read<std::uint64_t>());
     const std::vector<std::byte> entries = file_.read_bytes(file_.read<std::uint64_t>());
@@ -154,7 +154,7 @@ class Replay {
     result_.state_hash = world_.state_hash();
     if (result_.state_hash == recorded) return false;
     result_.difference = Difference{step, step, {}, {}, 0, 0};
-    if (!state_is_current_) return false;  // the next snapshot will tell
+    if (!state_is_current_) return false;  // the next snapshot will show it
     compare(world_, {states_.words(), states_.slots()}, *result_.difference);
     return true;
   }

@@ -8,8 +8,7 @@
 namespace fathom::engine {
 namespace {
 
-/// Spawned after the bodies, so that they exist when it is created: joins them, and passes on the scene's actions over
-/// time.
+/// Spawned after the bodies, so they exist when it is created. Joins them, and forwards the scene's actions over time.
 class SceneEntity final : public Entity {
  public:
   SceneEntity(const Scene& scene, std::vector<EntityId> bodies) : scene_(scene), bodies_(std::move(bodies)) {}

@@ -12,7 +12,7 @@ std::chrono::steady_clock::duration duration(double seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// Counts the calls of `inspect` in progress, however they end.
+/// Counts the calls of `inspect` in progress; exception-safe.
 class Inspection {
  public:
   explicit Inspection(int& count) : count_(++count) {}
@@ -303,7 +303,7 @@ void Simulation::make_step(std::uint64_t step, CommandList& commands, Simulation
   Clock::time_point start;
   {
     const trace::Zone zone("step");
-    start = Clock::now();  // within the zone, so that it contains the stages
+    start = Clock::now();  // within the zone, which must contain the stages
     world_.step();
     world_.wait();     // with `WorldDef::ahead`: the state must be that of this step
     world_.profile();  // the device simulator returns before the step is done; reading waits for it

@@ -1,14 +1,14 @@
-// A simulator as a subsystem with its own thread. The game submits commands and receives states; it never accesses the
+// A simulator as a subsystem on its own thread. The game submits commands and receives states; it never accesses the
 // world itself.
 //
 // * lockstep: the game submits a step, does other work meanwhile, and waits for its state.
-// * ahead N: the same, but the game waits only for the state of N steps before, which it draws.
+// * ahead N: the same, but the game waits only for the state of N steps earlier, and draws that.
 // * async: the simulation steps by itself, at the rate of wall time times the time scale; commands act before the next
-//   step that begins. If the machine is too slow, simulated time falls behind; at most a few steps are caught up, and
-//   `slowdown` reports it.
+//   step that begins. If the machine is too slow, simulated time falls behind; it catches up by at most a few steps,
+//   and `slowdown` reports the loss.
 //
-// The commands that act before a step, and the step's number, determine its result: the modes differ only in when the
-// game learns of it.
+// The commands that act before a step, and the step's number, determine its result. The modes differ only in when the
+// game sees it.
 #pragma once
 
 #include <chrono>
@@ -74,11 +74,11 @@ struct SimulationState {
 };
 using StatePtr = std::shared_ptr<const SimulationState>;
 
-/// Informed of everything that happens to the world, on the simulation's thread (see recording.hpp).
+/// Notified of everything that happens to the world, on the simulation's thread (see recording.hpp).
 class SimulationObserver {
  public:
   virtual ~SimulationObserver() = default;
-  /// Before the step's commands are executed; the runner's world has made `step − 1` steps.
+  /// Called before the step's commands are executed; the runner's world has taken `step − 1` steps.
   virtual void before_step(std::uint64_t step, const CommandList& commands, const CommandRunner& runner) = 0;
   virtual void after_step(const World& world) = 0;
 };
@@ -99,7 +99,7 @@ struct SimulationSettings {
   bool paced = true;                            ///< async: keep to wall time; false runs as fast as possible
   double time_scale = 1;                        ///< async, ≥ 0
   bool paused = false;                          ///< async
-  std::uint64_t last_step = ~std::uint64_t{0};  ///< async: last step to make
+  std::uint64_t last_step = ~std::uint64_t{0};  ///< async: last step to take
   int catch_up = 4;                             ///< async: maximum steps in a row before time is given up
 };
 
@@ -111,7 +111,7 @@ class Simulation {
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  // From the game's thread. An error of the simulation's thread is thrown by the next of these calls.
+  // For the game's thread. The next of these calls throws an error of the simulation's thread.
   BodyHandle make_handle();
   void release_handle(BodyHandle body);
 
@@ -123,8 +123,8 @@ class Simulation {
   void submit_at(std::uint64_t step, CommandList&& commands);
   /// Calls the script before every step submitted (async: begun) from here on.
   void add_script(std::unique_ptr<StepScript> script);
-  /// Waits until the step has been published. Refuses to wait for a step that never comes: one that was not submitted;
-  /// async: one beyond `last_step`, or a future one while paused or at time scale 0.
+  /// Waits until the step has been published. Refuses to wait for a step that will never come: one that was not
+  /// submitted; async: one beyond `last_step`, or a future one while paused or at time scale 0.
   void wait_for(std::uint64_t step);
   /// The same for at most this long (s).
   void wait_for(std::uint64_t step, double seconds);
@@ -142,7 +142,7 @@ class Simulation {
   StatePtr previous() const;
 
   void set_paused(bool paused);            ///< async
-  void single_steps(int steps);            ///< async: steps to make while paused
+  void single_steps(int steps);            ///< async: steps to take while paused
   void set_time_scale(double scale);       ///< async
   void set_last_step(std::uint64_t step);  ///< async
   /// s of wall time given up so far because steps took too long (async).
@@ -174,7 +174,7 @@ class Simulation {
     std::unique_ptr<StepScript> script;
     std::uint64_t first_step = 0;
   };
-  /// States for reuse, so that steps do not allocate.
+  /// States for reuse, to avoid allocation in steps.
   struct Pool {
     std::mutex mutex;
     std::vector<std::unique_ptr<SimulationState>> spares;

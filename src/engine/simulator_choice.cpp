@@ -30,7 +30,7 @@ SimulatorChoice choose_simulator(const Settings& settings, std::span<const exec:
 
 void choose_simulator(Config& config, Log& log) {
   const Settings settings = *config.settled();
-  // Listing devices starts their drivers, so this is done only if one is wanted.
+  // Listing devices starts their drivers, so only list them if one is wanted.
   const bool wants_device = settings.simulator.kind != SimulatorKind::native;
   const SimulatorChoice choice =
       choose_simulator(settings, wants_device ? exec::list_devices() : std::vector<exec::DeviceInfo>{}, log);

@@ -72,7 +72,7 @@ void Timers::advance(TimeBase base, double to, double slack, Failures& failures)
   while (!queue.empty() && queue.begin()->first.first <= to + slack) {
     const auto [when, id] = queue.begin()->first;
     queue.erase(queue.begin());
-    // A timer set by a callback counts from when that was due, not from the end of a long frame.
+    // A timer set by a callback counts from when the callback was due, not from the end of a long frame.
     now(base) = std::min(when, to);
     const auto found = timers_.find(id);
     Timer& timer = found->second;

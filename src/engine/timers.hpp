@@ -45,7 +45,7 @@ class Timers {
   struct Timer {
     double due = 0;
     double period = 0;  // 0: once
-    double start = 0;   // of a repeating timer; its times are counted from here, so that they do not drift
+    double start = 0;   // of a repeating timer; its times count from here, so they do not drift
     std::uint64_t fired = 0;
     TimeBase base = TimeBase::simulated;
     Callback callback;

@@ -26,8 +26,7 @@ struct Event {
 
 double as_double(std::int64_t bits) { return std::bit_cast<double>(bits); }
 
-/// The zones of one thread, or of a track measured elsewhere. Outlives its thread, so that all can be written at the
-/// end.
+/// The zones of one thread, or of a track measured elsewhere. Outlives its thread: all zones are written at the end.
 struct Track {
   std::mutex mutex;
   std::string name;
@@ -96,7 +95,7 @@ std::vector<std::shared_ptr<Track>> all_tracks() {
   return collection().tracks;
 }
 
-/// A session's events of a track, in the order that readers expect: a zone precedes those within it.
+/// A session's events of a track, in the order that readers expect: outer zones before inner ones.
 std::vector<Event> events_since(const Track& track, std::int64_t begin) {
   std::vector<Event> events;
   for (const Event& event : track.events)
@@ -127,8 +126,8 @@ void append_microseconds(Text& out, std::int64_t ns) {
   append(out, {decimals, sizeof decimals});
 }
 
-// Chromium's "Trace Event Format"; ts and dur are microseconds. Formatted by hand, since a long run has a million zones
-// and must end within a second.
+// Chromium's "Trace Event Format"; ts and dur are microseconds. Formatted by hand, because a long run has a million
+// zones and must end within a second.
 void write_track(files::OutputFile& file, const std::string& name, const std::vector<Event>& events, std::size_t id,
                  std::int64_t started) {
   Text out;
@@ -264,11 +263,11 @@ void add_step(const StageTimes& times, std::chrono::steady_clock::time_point beg
   const std::shared_ptr<Track> named = device.empty() ? nullptr : named_track(device);
   Track& track = named ? *named : own_track();
   std::int64_t at = nanoseconds(begin);
-  // A device's clock may run ahead of the time here until its next step.
+  // A device's clock may run ahead of the host's until its next step.
   if (named) at = std::max(at, last_end(track));
   const auto stage = [&](const char* name, double milliseconds) {
     const std::int64_t end = at + static_cast<std::int64_t>(1e6 * milliseconds);
-    // A nanosecond shorter, so that it and the next never overlap, however a reader adds the written numbers.
+    // A nanosecond shorter: it and the next must never overlap, however a reader adds the written numbers.
     push(track, {name, at, std::max(at, end - 1), false});
     at = end;
   };

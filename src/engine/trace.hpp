@@ -26,18 +26,18 @@ namespace fathom::engine::trace {
 namespace detail {
 extern std::atomic<bool> enabled;
 std::int64_t now();
-/// `name` must live as long as the program: a literal.
+/// `name` must live as long as the program: use a literal.
 void add(const char* name, std::int64_t begin, std::int64_t end);
 }  // namespace detail
 
 inline bool enabled() { return detail::enabled.load(std::memory_order_relaxed); }
 
 /// Collects the zones of all threads of the process from its construction on. Several sessions may coexist, e.g. for
-/// two engines; each collects everything from its construction on.
+/// two engines; each collects everything.
 class Session {
  public:
-  /// Opens the file, so that a run is not lost to a wrong path; none for "". A thread has at most `limit` zones, a
-  /// quarter of an hour at 60 frames per second, so that the file can be written within a second. Throws `Error{file}`.
+  /// Opens the file now, so that a wrong path does not lose a run; none for "". A thread has at most `limit` zones, a
+  /// quarter of an hour at 60 frames per second: the file can then be written within a second. Throws `Error{file}`.
   explicit Session(const std::string& path = {}, std::size_t limit = std::size_t{1} << 19);
   /// Without `finish` no file remains.
   ~Session();
@@ -59,13 +59,13 @@ class Session {
 
 /// Names the calling thread in the file.
 void name_thread(const std::string& name);
-/// Adds a zone of the calling thread that was already measured.
+/// Adds an already measured zone of the calling thread.
 void add_zone(const char* name, std::chrono::steady_clock::time_point begin, double milliseconds);
 /// Adds a zone measured elsewhere, e.g. by a GPU's clock, on a separate line that belongs to the calling thread alone.
 void add_on_track(const std::string& track, const char* name, std::chrono::steady_clock::time_point begin,
                   double milliseconds);
-/// Adds the stages of a step that began then, one after another: on the calling thread's line or, if the device timed
-/// them, on the line of the thread's device, after those of the previous step.
+/// Adds the stages of a step that began at this time, one after another: on the calling thread's line or, if the device
+/// timed them, on the line of the thread's device, after those of the previous step.
 void add_step(const StageTimes& times, std::chrono::steady_clock::time_point begin, const std::string& device = {});
 /// A number over time.
 void count(const char* name, double value);

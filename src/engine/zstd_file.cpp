@@ -24,7 +24,7 @@ struct Head {
 };
 static_assert(sizeof(Head) == 32);
 
-/// Fast enough to keep up with a simulation; higher levels compress states little better.
+/// Fast enough to keep up with a simulation; higher levels compress states only slightly better.
 constexpr int level = 1;
 
 struct FreeHash {
@@ -150,7 +150,7 @@ void ZstdReader::read(void* data, std::size_t size) {
 }
 
 std::vector<std::byte> ZstdReader::read_bytes(std::uint64_t size) {
-  // Grows with the data read, so that a wrong size does not request all memory.
+  // Grows with the data read, so a wrong size does not request all memory.
   constexpr std::uint64_t portion = 1 << 24;
   std::vector<std::byte> bytes;
   while (bytes.size() < size) {

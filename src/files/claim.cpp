@@ -36,8 +36,8 @@ bool is_locked(const std::string& name) {
   return file && flock(file.number(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
-/// Keeps other runs from looking for writers between our look and our lock. Does not wait long for a run that holds the
-/// folder's lock for its own reasons.
+/// Keeps other runs from checking for writers between our check and our lock. Does not wait long for a run that holds
+/// the folder's lock for other reasons.
 Descriptor lock_folder(const std::string& target) {
   Descriptor folder(open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   for (const auto end = Clock::now() + patience; folder && Clock::now() < end; std::this_thread::sleep_for(pause))
@@ -67,7 +67,7 @@ std::optional<int> writer_beside(const std::string& target) {
                                    "; wait until it ends, or give another name");
 }
 
-/// Calls `take` while no other run looks for writers, until it returns a file or an error that waiting cannot fix.
+/// Calls `take` while no other run checks for writers, until it returns a file or an error that waiting cannot fix.
 template <class Take>
 auto claim(const std::string& target, const std::string& given, const Take& take) {
   for (const auto end = Clock::now() + patience;; std::this_thread::sleep_for(pause)) {

@@ -1,4 +1,4 @@
-// The files that one run reads and writes: no output may be another output, or an input.
+// The files that one run reads and writes: no output may also be another output or an input.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 namespace fathom::files {
 
 /// Both take the file's role for the user ("--json", "the scene") and its name; an empty name is ignored. Devices may
-/// be named more than once, but not pipes: outputs written to one would mix.
+/// be named more than once, pipes may not: outputs written to one would mix.
 class FileNames {
  public:
   void reads(const std::string& what, const std::string& path);

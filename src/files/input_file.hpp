@@ -5,8 +5,8 @@
 
 namespace fathom::files {
 
-/// The whole content of a file. If it cannot be read completely, for example because it is a folder, throws an
-/// `Error{file}` that ends with the remedy.
+/// The whole content of a file. Throws an `Error{file}` that ends with the remedy if it cannot be read completely, for
+/// example because it is a folder.
 std::string read_file(const std::string& path, const std::string& remedy);
 
 }  // namespace fathom::files

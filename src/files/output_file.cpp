@@ -38,7 +38,7 @@ OutputFile::OutputFile(std::string path, Writing writing, const std::string& end
     open_through(writing);
     return;
   }
-  // Without this check a folder's owner could replace a file that nobody may write.
+  // Without this check a folder's owner could replace a read-only file.
   if (exists && access(target_.c_str(), W_OK) != 0) fail("cannot be written", check_folder);
   regular_ = true;
   if (writing == Writing::live || writing == Writing::appended) {
@@ -112,7 +112,7 @@ void OutputFile::finish() {
   if (through_) copy_through();
   if (temporary_) {
     if (fsync(fileno(file_.get())) != 0) fail_write();
-    // Still locked, so that no other run claims its name before it is in place.
+    // Still locked, so no other run claims its name before it is in place.
     if (std::rename(growing_.c_str(), target_.c_str()) != 0) fail("cannot be put in its place", check_folder);
     forget_unfinished(growing_);
     temporary_ = false;

@@ -1,4 +1,4 @@
-// The only way in which Fathom writes files, so that all of them keep the same promises.
+// How every part of Fathom writes files, with the same guarantees.
 #pragma once
 
 #include <cstddef>
@@ -15,16 +15,16 @@ namespace fathom::files {
 enum class Writing {
   whole,    ///< the file appears complete or not at all: written beside its destination, then renamed
   patched,  ///< the same, and written parts may be overwritten
-  live,     ///< the file grows in place, where others may follow it
+  live,     ///< the file grows in place, where other programs can follow it
   appended  ///< the same, after existing content
 };
 
-/// A file being written. Symbolic links are followed; an earlier file's permissions are kept. Devices, pipes and open
-/// descriptors (/dev/stdout, /dev/fd/N; "-" is stdout) are written directly. A second writer of the same file is
-/// refused, in this process or another. Every function that fails throws an `Error{file}` that names the file.
+/// A file being written. Follows symbolic links; keeps an earlier file's permissions. Writes directly to devices, pipes
+/// and open descriptors (/dev/stdout, /dev/fd/N; "-" is stdout). Refuses a second writer of the same file, in this
+/// process or another. Every function that fails throws an `Error{file}` that names the file.
 class OutputFile {
  public:
-  /// `ending` is the extension of the temporary name, for programs that depend on it.
+  /// `ending` is the extension of the temporary name, for programs that need it.
   explicit OutputFile(std::string path, Writing writing = Writing::whole, const std::string& ending = {});
   /// Without `finish`, leaves nothing behind, except for a live file.
   ~OutputFile();
@@ -35,7 +35,7 @@ class OutputFile {
   void write(std::string_view text) { write(text.data(), text.size()); }
   /// Overwrites bytes at `position` (from the start) of a patched file.
   void overwrite(std::uint64_t position, const void* data, std::size_t size);
-  /// Flushes what was written so far.
+  /// Flushes the data written so far.
   void flush();
   /// Moves the file into place.
   void finish();

@@ -12,14 +12,14 @@
 namespace fathom::files {
 namespace {
 
-/// Signal handlers may neither lock nor allocate: names are in fixed slots, valid while `used` is set.
+/// Signal handlers may neither lock nor allocate, so names are in fixed slots, valid while `used` is set.
 struct Slot {
   std::atomic<bool> used{false};
   char name[PATH_MAX];
 };
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-std::array<Slot, 64> slots;  // a run writes a handful of files; if there are more, a signal leaves the others behind
+std::array<Slot, 64> slots;  // a run writes a handful of files; a signal leaves any further ones behind
 std::mutex noting;
 
 void end_by(int signal) {

@@ -1,4 +1,4 @@
-// Statistics and quality as JSON, with the keys that all our files use.
+// Statistics and quality as JSON, with the same keys in all of Fathom's files.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,7 +8,7 @@
 
 namespace fathom {
 
-/// Any kind of JSON: some kinds keep the order of keys.
+/// For any JSON type: some keep the order of keys.
 template <class Json>
 Json json_of(const Statistics& s) {
   return {{"mean", s.mean}, {"median", s.median}, {"p99", s.p99}, {"max", s.max}};

@@ -7,7 +7,7 @@
 namespace fathom {
 namespace {
 
-/// Nearest rank: the smallest of the sorted values that at least `share` of them do not exceed.
+/// Nearest-rank percentile: the smallest of the sorted values that at least `share` of them do not exceed.
 double quantile(const std::vector<double>& sorted, double share) {
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
   return sorted[std::max<std::size_t>(rank, 1) - 1];

@@ -28,8 +28,8 @@ std::int64_t milliseconds_now() {
   return std::int64_t{1000} * now.tv_sec + now.tv_nsec / 1'000'000;
 }
 
-/// One interruption may arrive as several signals: `timeout` sends its own to the process and to its group, and
-/// wrappers forward what the terminal has already sent to all.
+/// One interruption may arrive as several signals: `timeout` signals both the process and its group, and wrappers
+/// forward what the terminal has already sent to all.
 constexpr std::int64_t one_interruption = 500;  // ms
 
 void request_interrupt(int signal) {
@@ -115,8 +115,7 @@ InterruptGuard::InterruptGuard() {
   }
 }
 
-// After an interruption the handlers stay, for the remaining signals of the same interruption: the process is about to
-// end.
+// After an interruption the handlers stay to catch its remaining signals; the process is about to end.
 InterruptGuard::~InterruptGuard() {
   if (--guards > 0 || interrupt_requested) return;
   sigaction(SIGINT, &before_interrupt, nullptr);

@@ -1,4 +1,4 @@
-// What the operating system knows about the machine and this process.
+// Information from the operating system about the machine and this process.
 #pragma once
 
 #include <cstddef>
@@ -21,18 +21,18 @@ std::uint64_t interruptions();
 bool stderr_is_terminal();
 /// Prints it on stderr. Failure (stderr closed, disk full) is ignored.
 void tell(std::string_view text);
-/// Opens stdin, stdout and stderr on /dev/null if they are closed; otherwise the first files opened would get their
-/// numbers, and printed text would end up in them. Printed text is still discarded.
+/// Opens stdin, stdout and stderr on /dev/null if they are closed. Otherwise the first files opened would get their
+/// numbers and receive printed text. Printed text is still discarded.
 void keep_standard_descriptors();
 /// Characters per line of the terminal behind stderr; 80 if unknown.
 std::size_t terminal_columns();
-/// As much of the text (ASCII) as fits into one such line, so that an overwritten line stays one line.
+/// As much of the text (ASCII) as fits on one such line: a wrapped line could not be overwritten.
 std::string fit_to_terminal(std::string text);
-/// Makes reaching the process's file size limit an error like a full disk, instead of ending the program.
+/// Makes exceeding the process's file size limit a write error, like a full disk, instead of killing the program.
 void survive_file_size_limit();
 
-/// While it lives, the first Ctrl-C (or SIGTERM) requests an end; another one, half a second later or more, has its
-/// original effect, which is to end the program at once.
+/// While it exists, the first Ctrl-C (or SIGTERM) requests an end; another one, half a second later or more, has its
+/// original effect and ends the program at once.
 class InterruptGuard {
  public:
   InterruptGuard();

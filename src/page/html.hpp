@@ -1,4 +1,4 @@
-// Common to the pages of reports: one look, and text made safe.
+// Shared by all report pages: one style, and escaped text.
 #pragma once
 
 #include <string>

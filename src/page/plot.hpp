@@ -20,7 +20,7 @@ struct Curve {
 struct Plot {
   std::string title, x_label, y_label;
   bool log_x = false, log_y = false;
-  std::deque<Curve> curves;  // references to its elements stay valid
+  std::deque<Curve> curves;  // a deque: references to its elements stay valid
   double width = 640, height = 300;
   bool legend = true;
   bool markers = false;        ///< a mark at every point, for curves with few points

@@ -38,7 +38,7 @@ Axis make_axis(const Plot& plot, bool x, bool logarithmic, double from, double t
   return axis;
 }
 
-/// Powers of ten; if they are few, also 2 and 5 times them.
+/// Powers of ten; if there are few, also 2 and 5 times each.
 std::vector<double> logarithmic_ticks(const Axis& axis) {
   const double span = axis.high - axis.low;
   const int step = std::max(1, static_cast<int>(std::lround(span / 5)));
@@ -83,7 +83,7 @@ std::string classes(const Curve& curve, std::size_t index) {
   return fmt::format("curve c{}{}{}", colour % 8, colour >= 8 ? " again" : "", curve.reference ? " reference" : "");
 }
 
-/// One shape per curve, so that curves can be told apart without colour.
+/// One shape per curve, to tell curves apart without colour.
 std::string mark(int kind, double x, double y, const std::string& classes) {
   switch (kind % 4) {
     case 0:
@@ -97,7 +97,7 @@ std::string mark(int kind, double x, double y, const std::string& classes) {
   }
 }
 
-/// Whether the curve's points are marked. A single point has no line to be seen by.
+/// Whether to mark the curve's points. A single point has no visible line.
 bool is_marked(const Plot& plot, const Curve& curve) {
   return (plot.markers && !curve.reference) || curve.x.size() == 1;
 }

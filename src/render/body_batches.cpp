@@ -54,7 +54,7 @@ Vec3 scale_of(const Shape& shape) {
   return {1, 1, 1};
 }
 
-/// The hull, compound or surface that the shape shares with others; null if there is none.
+/// The hull, compound or surface that the shape shares with others; null if it has none.
 const void* shared_part(const Shape& shape) {
   if (shape.hull) return shape.hull.get();
   if (shape.compound) return shape.compound.get();
@@ -173,7 +173,7 @@ void BodyBatches::set(std::span<const DrawnBody> bodies) {
     add(Surface::hull, kept_[i].mesh.get(), sharing[i].moving);
     add(Surface::terrain, kept_[i].mesh.get(), sharing[i].terrain);
   }
-  // Last, because by then most of the ground is hidden.
+  // Last: by then bodies hide most of the ground.
   const auto& floors = basic[static_cast<std::size_t>(Surface::ground)];
   add(Surface::ground, floors.empty() ? nullptr : basic_mesh(Surface::box, false), floors);
   instances_.write(all.data(), all.size() * sizeof(Instance));

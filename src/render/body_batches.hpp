@@ -15,8 +15,8 @@ namespace fathom::render {
 enum class Surface : std::uint8_t { box, round, capsule, hull, ground, terrain };
 inline constexpr int surface_count = 6;
 
-/// Triangles on the GPU. A small mesh is stored several times over, because an instance of a few triangles leaves a
-/// GPU's vertex units half empty and costs a software renderer more than its vertices do.
+/// Triangles on the GPU. Stores several copies of a small mesh: an instance of a few triangles leaves a GPU's vertex
+/// units half empty and costs a software renderer more than its vertices do.
 class GpuMesh {
  public:
   explicit GpuMesh(const Mesh& mesh);
@@ -30,7 +30,7 @@ class GpuMesh {
   std::uint32_t copies_, vertex_count_, index_count_;  // of one mesh
 };
 
-/// Bodies drawn together.
+/// Bodies that one batch draws.
 struct Batch {
   Surface surface;
   const GpuMesh* mesh;
@@ -50,7 +50,7 @@ class BodyBatches {
   GrowingBuffer instances_;
   std::vector<Batch> batches_;
   std::unique_ptr<GpuMesh> box_, sphere_, coarse_sphere_, capsule_;
-  /// Mesh of a hull, compound, mesh or height field. Keeping the shape ensures that no other one at its address is
+  /// Mesh of a hull, compound, mesh or height field. Keeps the shape alive: a new one at the same address would be
   /// mistaken for it.
   struct KeptMesh {
     Shape shape;

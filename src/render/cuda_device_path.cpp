@@ -50,7 +50,7 @@ class SharedPath final : public DevicePath {
     check(cudaGraphicsResourceGetMappedPointer(&target, &bytes, resource_), "the buffer has no address");
     check(cudaMemcpyAsync(target, source.poses, source.count * sizeof(Pose), cudaMemcpyDeviceToDevice, stream),
           "the poses cannot be copied");
-    // Orders the copy before subsequent OpenGL commands.
+    // Orders the copy before later OpenGL commands.
     check(cudaGraphicsUnmapResources(1, &resource_, stream), "the buffer cannot be given back");
   }
   bool shared() const override { return true; }

@@ -124,7 +124,7 @@ class EglContext final : public OffscreenContext {
   int cuda_device_;
 };
 
-/// libepoxy ends the program if a library is missing, so check for it first.
+/// libepoxy aborts if a library is missing, so check for it first.
 void require_library(const char* name) {
   void* handle = dlopen(name, RTLD_LAZY | RTLD_LOCAL);
   if (!handle) throw Error(ErrorCode::unavailable, std::string("there is no ") + name + " on this machine" + remedy);

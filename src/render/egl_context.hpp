@@ -24,7 +24,7 @@ class OffscreenContext {
   virtual int cuda_device() const = 0;
 };
 
-/// Through EGL without any surface. Throws `Error{unavailable}` if there is no EGL, no such device or no OpenGL 4.5.
+/// A surfaceless EGL context. Throws `Error{unavailable}` if there is no EGL, no such device or no OpenGL 4.5.
 std::unique_ptr<OffscreenContext> make_offscreen_context(const GpuChoice& choice = {});
 
 }  // namespace fathom::render

@@ -1,4 +1,4 @@
-// OpenGL objects that free themselves. Each belongs to the context that is current when it is created.
+// RAII wrappers of OpenGL objects. Each belongs to the context that is current when it is created.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -78,7 +78,7 @@ GlBuffer make_buffer_of(const std::vector<T>& values) {
   return buffer;
 }
 
-/// A buffer that grows and is always rewritten as a whole.
+/// A buffer that grows; every write replaces the whole content.
 class GrowingBuffer {
  public:
   void write(const void* data, std::size_t bytes);

@@ -31,7 +31,7 @@ class AxisMarks {
       return to_matrix(world.poses()[body.index].rotation * frame.rotation);
     };
     of_a_ = turned(joint.a, joint.frame_a), of_b_ = turned(joint.b, joint.frame_b);
-    // Axes are those of B if it cannot be pushed; A then moves along them, backwards.
+    // If B cannot be pushed, the axes are B's, and A moves along them, backwards.
     if (world.motion(joint.b) != MotionType::dynamic) {
       std::swap(of_a_, of_b_), std::swap(anchors_.a, anchors_.b);
       sign_ = -1;
@@ -127,14 +127,14 @@ void add_joint_marks(const World& world, std::vector<Mark>& marks) {
       add_coupling_marks(joint.coupled_b, anchors.b, marks);
     }
     if (anchors_meet(joint)) marks.push_back({anchors.a, 3, anchors.b, gap_colour});
-    // The larger one first, so that both are visible where they coincide.
+    // The larger one first: both stay visible where they coincide.
     marks.push_back({anchors.a, 8, anchors.a, anchor_a_colour});
     marks.push_back({anchors.b, 4, anchors.b, anchor_b_colour});
   }
 }
 
 void add_reaction_marks(const World& world, std::vector<Mark>& marks) {
-  // One scale for all makes them comparable: under a heavy load a light link carries many times its own weight.
+  // One scale for all, to compare them: under a heavy load a light link carries many times its own weight.
   float heaviest = 1e-6f;
   for (const JointId id : world.joints())
     heaviest = max(heaviest, max(world.mass(world.joint(id).a), world.mass(world.joint(id).b)));

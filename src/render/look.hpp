@@ -1,4 +1,4 @@
-// Light, air and ground of a picture. Colours are linear, not sRGB.
+// Light, atmosphere and ground of a picture. Colours are linear, not sRGB.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// 4×4 matrices by columns, as OpenGL reads them. Depth is reversed: 1 at the near plane, 0 at infinity, which puts
+// Column-major 4×4 matrices, as OpenGL expects. Depth is reversed: 1 at the near plane, 0 at infinity, which puts
 // float's precision where it is needed (Reed, "Depth precision visualized", 2015).
 #pragma once
 

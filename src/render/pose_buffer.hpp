@@ -1,8 +1,8 @@
 // The poses that the GPU draws from: one `Pose` (32 bytes) per slot, as in `World::poses()`.
 //
-// Host poses are copied into a ring of three mapped parts, so that copying a frame does not wait for the drawing of the
-// last one. Device poses (CUDA on the rendering GPU) are copied within the GPU's memory, without the host; if the two
-// are different devices, they are copied through the host.
+// Host poses are copied into a triple-buffered ring of mapped memory, so copying a frame does not wait for the last one
+// to be drawn. Device poses (CUDA on the rendering GPU) are copied within the GPU's memory; if the two devices differ,
+// they pass through the host.
 #pragma once
 
 #include <cstdint>
@@ -36,9 +36,9 @@ class PoseBuffer {
   void write(std::span<const Pose> poses);
   /// Throws `Error{unavailable}` in builds without CUDA.
   void write(const DevicePoses& poses);
-  /// Binds what was last written as storage buffer `binding`.
+  /// Binds the last written poses as storage buffer `binding`.
   void bind(GLuint binding) const;
-  /// Call after submitting the drawing that reads the poses.
+  /// Call after submitting the draw calls that read the poses.
   void drawn();
   /// True if the last poses did not pass through the host.
   bool shared() const { return from_device_ && device_path_->shared(); }

@@ -29,7 +29,7 @@ struct ShadowView {
   float texel = 0;  // m
 };
 
-/// The sun's view of the box, snapped to whole texels, so that shadows do not flicker as the box moves.
+/// The sun's view of the box, snapped to whole texels to avoid flickering shadows as the box moves.
 ShadowView shadow_view(const Aabb& box, Vec3 sun, int size) {
   const Vec3 right = normalize(cross({0, 0, 1}, sun), {1, 0, 0}), up = cross(sun, right);
   const Mat4 view = view_matrix({}, right, up, sun);
@@ -41,7 +41,7 @@ ShadowView shadow_view(const Aabb& box, Vec3 sun, int size) {
     seen = merged(seen, {{q.x, q.y, q.z}, {q.x, q.y, q.z}});
   }
   const Vec3 extent = seen.upper - seen.lower;
-  // A border of two texels stays free of shadows, for the filter.
+  // Keeps a border of two texels free of shadows, for the filter.
   const float texel = max(extent.x, extent.y) / static_cast<float>(size - 4);
   const auto snap = [texel](float v) { return texel * std::floor(v / texel); };
   const float side = texel * static_cast<float>(size);
@@ -128,7 +128,7 @@ class Renderer::Impl {
     glNamedFramebufferDrawBuffer(shadow_framebuffer_.get(), GL_NONE);
   }
 
-  // Others (the viewer's panel) draw in the same context and leave their own state behind.
+  // Other code (the viewer's panel) draws in the same context and leaves its own state behind.
   static void set_state() {
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glDisable(GL_BLEND);

@@ -1,5 +1,5 @@
-// Draws bodies: instanced, at most two draw calls for each kind of shape and for each hull and surface, after the same
-// for the shadow map. Reads shapes, colours and poses and knows nothing about what moves them.
+// Draws bodies with instancing: at most two draw calls for each kind of shape and for each hull and surface, after as
+// many for the shadow map. Reads shapes, colours and poses; knows nothing about simulation.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace fathom::render {
 struct DrawnBody {
   std::uint32_t slot = 0;
   Shape shape;
-  bool ground = false;  ///< a floor: drawn with a grid in the look's ground colours; a box throws no shadow
+  bool ground = false;  ///< a floor: drawn with a grid in the look's ground colours; a box casts no shadow
 };
 
 /// A line from `a` to `b`, `width` pixels wide; a dot if both are the same point.
@@ -48,7 +48,7 @@ struct RendererSettings {
   bool share_device_poses = true;
 };
 
-/// Settings for the current context: less work per pixel if it renders in software.
+/// Settings for the current context; cheaper per pixel if it renders in software.
 RendererSettings settings_for_context();
 
 /// Belongs to the context that is current when it is created.

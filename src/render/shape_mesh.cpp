@@ -50,7 +50,7 @@ Mesh split(const Mesh& coarse) {
   return fine;
 }
 
-constexpr float no_edge = 1e6f;  // for meshes where lines along all edges would hide the picture
+constexpr float no_edge = 1e6f;  // for meshes so fine that edge lines would hide the picture
 
 float distance_to_line(Vec3 point, Vec3 a, Vec3 b) { return length(cross(point - a, normalize(b - a))); }
 
@@ -170,7 +170,7 @@ Mesh surface_mesh(const fathom::Surface& surface) {
     for (const Vec3 corner : {a, b, c}) mesh.vertices.push_back({corner, n, no_edge});
     add_triangle(mesh, first, first + 1, first + 2);
   }
-  // If all is holes, a point stands in, because empty meshes cannot be drawn.
+  // If there are only holes, uses a point, because empty meshes cannot be drawn.
   if (mesh.vertices.empty()) mesh = {{MeshVertex{}}, {0, 0, 0}};
   return mesh;
 }

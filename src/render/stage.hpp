@@ -1,4 +1,4 @@
-// Camera, look and shadows for a moving world: pictures of a run without anyone at the controls.
+// Camera, look and shadows for a moving world: pictures of an unattended run.
 #pragma once
 
 #include <fathom/world.hpp>
@@ -32,7 +32,7 @@ class Stage {
   explicit Stage(const StageSettings& settings);
 
   /// A picture of the world's current state. The camera shows everything that moves; if that has grown since the last
-  /// picture, the camera moves back: at once if `smooth` is false, otherwise over about a second of pictures.
+  /// picture, it moves back: at once if `smooth` is false, otherwise over about a second of pictures.
   const Image& draw(const World& world, bool smooth = false);
 
  private:

@@ -16,7 +16,7 @@
 namespace fathom::render {
 namespace {
 
-/// Makes writing to a pipe without a reader an error instead of ending the program.
+/// Makes writing to a pipe without a reader return an error instead of killing the program (SIGPIPE).
 class IgnoreBrokenPipe {
  public:
   IgnoreBrokenPipe() : before_(std::signal(SIGPIPE, SIG_IGN)) {}
@@ -102,7 +102,7 @@ void Video::fail() {
   char text[2000];
   const ssize_t length = pread(complaints_, text, sizeof text, 0);
   std::string said(text, static_cast<std::size_t>(length > 0 ? length : 0));
-  // The first line names the cause, the others follow from it.
+  // The first line names the cause; the others are consequences.
   said = said.substr(0, said.find('\n'));
   if (const std::size_t at = said.find(file_.growing()); at != said.npos)
     said.replace(at, file_.growing().size(), path_);

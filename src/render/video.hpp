@@ -1,4 +1,4 @@
-// Films: pictures piped to the program ffmpeg.
+// Films: pictures piped to ffmpeg.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace fathom::render {
 
-/// The file extension, from which ffmpeg infers the format. Throws `Error{invalid_argument}` if it is not a film's.
+/// The file extension; ffmpeg infers the format from it. Throws `Error{invalid_argument}` if it is not a film's.
 std::string film_ending(const std::string& path);
 
 class Video {
@@ -34,7 +34,7 @@ class Video {
   std::string path_;
   files::OutputFile file_;  // written by ffmpeg
   int to_ffmpeg_ = -1;
-  int complaints_ = -1;  // a file with what ffmpeg writes to stderr
+  int complaints_ = -1;  // a file with ffmpeg's stderr
   int process_ = -1;
 };
 

@@ -170,7 +170,7 @@ std::string replaced(std::string text, const std::string& mark, const std::strin
   return text.replace(at, mark.size(), value);
 }
 
-/// JSON inside a script element must not end that element.
+/// Escapes JSON so that it cannot end the script element that contains it.
 std::string embedded(const Json& json) {
   std::string text = json.dump();
   for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) text.replace(at, 2, "<\\/");
@@ -219,7 +219,7 @@ void WebPage::add(const World& world) {
   std::vector<std::array<std::int32_t, channels>> now(entries_.size());
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     Entry& entry = entries_[i];
-    if (entry.last != frame) {  // it has gone and stays where it was
+    if (entry.last != frame) {  // it was removed; keeps its last pose
       std::copy_n(entry.before, channels, now[i].begin());
       continue;
     }

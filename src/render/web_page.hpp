@@ -1,8 +1,8 @@
-// A page that plays a run in any browser with WebGL 2: one file, nothing loaded from elsewhere.
+// A self-contained page that plays a run in any browser with WebGL 2.
 //
-// Positions are rounded to a five-hundredth of the smallest body, quaternions to 1/2000 per component. Per frame and
-// channel (x, y, z, then w, x, y, z) every body's difference from the linear extrapolation of its last two frames is
-// written as a zigzag variable-length integer, so that bodies at rest cost next to nothing after zlib's compression.
+// Positions are rounded to 1/500 of the smallest body, quaternions to 1/2000 per component. Each frame stores, by
+// channel (x, y, z, then w, x, y, z), every body's difference from the linear extrapolation of its last two frames as a
+// zigzag variable-length integer. After zlib's compression, bodies at rest cost next to nothing.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@ class WebPage {
   /// `rate`: frames per simulated second.
   WebPage(std::string name, double rate) : name_(std::move(name)), rate_(rate) {}
 
-  /// Adds a frame. Bodies may come and go between frames; a body that has gone must not come back.
+  /// Adds a frame. Bodies may be added and removed between frames; a removed body must not return.
   void add(const World& world);
-  /// The page. `azimuth` and `elevation` of the initial view (rad).
+  /// The page. `azimuth` and `elevation` are those of the initial view (rad).
   std::string html(bool under_water, float azimuth, float elevation) const;
   std::size_t frames() const { return known_.size(); }
 

@@ -13,7 +13,7 @@ constexpr Colour fixed_colour{150, 152, 156};
 constexpr Colour kinematic_colour{214, 214, 220};
 constexpr std::uint8_t asleep = 128;
 
-/// Slightly lighter or darker, so that neighbours of the same colour differ.
+/// Slightly lighter or darker, to tell neighbours of the same colour apart.
 Colour varied(Colour colour, std::uint32_t slot) {
   const float factor = 1.0f + 0.16f * (static_cast<float>((slot * 2654435761u) >> 24) / 255.0f - 0.5f);
   const auto vary = [factor](std::uint8_t v) {

@@ -12,7 +12,7 @@ namespace fathom::render {
 
 /// What a body's colour shows.
 enum class Colouring : std::uint8_t {
-  start,   ///< its initial height if bodies started in layers; otherwise only tells bodies apart
+  start,   ///< its initial height if bodies started in layers; otherwise only distinguishes bodies
   speed,   ///< dark blue: at rest, red: 5 m/s and more
   island,  ///< bodies that touch each other share a colour
 };

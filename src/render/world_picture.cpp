@@ -85,7 +85,7 @@ Aabb moving_bounds(const World& world) {
       if (!is_ground(world, id)) shown.push_back(id);
   }
   if (shown.empty()) return {{-5, -5, -1}, {5, 5, 4}};
-  // Bounds without the outermost hundredth on each side of each axis.
+  // Bounds without the outermost 1 % on each side of each axis.
   Aabb box{{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}};
   float low[3], high[3];
   std::vector<float> values(shown.size());

@@ -12,10 +12,10 @@ namespace fathom::render {
 
 class WorldPicture {
  public:
-  /// Passes the world's bodies, if they have changed, and their colours and poses to the renderer. The walls of a bin
-  /// around everything that moves are left out, so that the inside is visible. Poses on the rendering GPU do not pass
-  /// through the host. Then the data for which the host would have to read poses, that is the bounds and which bodies
-  /// sleep, are updated only every 30th time, or if `exact` is true.
+  /// Passes the world's bodies, if they have changed, and their colours and poses to the renderer. Leaves out the walls
+  /// of a bin around everything that moves, so the inside is visible. Poses on the rendering GPU do not pass through
+  /// the host. Then the bounds and the set of sleeping bodies, for which the host must read poses, are updated only
+  /// every 30th time, or if `exact` is true.
   void update(const World& world, Renderer& renderer, Colouring colouring = Colouring::start, bool exact = false);
 
   /// `moving_bounds` (m) at the last update that read poses.
@@ -38,11 +38,11 @@ class WorldPicture {
 /// A fixed box wide enough to be a floor, or a fixed surface.
 bool is_ground(const World& world, BodyId id);
 
-/// The fixed bodies that wall in everything that moves on all four sides and would hide it; empty if there are none.
+/// The fixed bodies that wall in everything that moves on all four sides and so hide it; empty if there are none.
 std::vector<BodyId> bin_walls(const World& world);
 
-/// Bounds (m) of the dynamic bodies without the most distant, so that a few strays do not count; of all bodies but
-/// floors where none is dynamic.
+/// Bounds (m) of the dynamic bodies without the outermost, so a few strays do not count; if none is dynamic, of all
+/// bodies except floors.
 Aabb moving_bounds(const World& world);
 
 }  // namespace fathom::render

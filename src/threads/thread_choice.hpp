@@ -1,14 +1,14 @@
-// Finds how many threads are fastest for repeated work: a first guess, corrected by measurement.
+// Finds the fastest number of threads for repeated work: a first guess, corrected by measurement.
 //
-// The gain of another thread depends on the machine, its other load and the scene; no rule knows all three. Now and
-// then some steps run with half or twice as many threads, with one, or, if one is in use, with the guess; the choice
-// moves there if those steps were faster than the steps before and after. This requires results that do not depend on
-// the number of threads.
+// The gain of another thread depends on the machine, its other load and the scene; no rule knows all three. From time
+// to time some steps run with half or twice as many threads, with one, or, if one is in use, with the guess. The choice
+// moves there if those steps were faster than the steps before and after. Results must not depend on the number of
+// threads.
 //
 // * Trials become rare: each failure doubles the pause before the next, up to a thousand steps. A trial that is clearly
 //   slower ends after two to four steps, so all of them cost less than 1 % of a long run.
-// * A long step is never tried with other numbers: more threads are worthwhile then, and half of them would be a spike.
-//   So would a single thread if the estimated work would take it more than twice as long.
+// * Long steps have no trials: more threads are worthwhile then, and half as many would be a spike. So would a single
+//   thread if, by estimate, it would take more than twice as long.
 // * Medians before and after, and a margin, suppress noise; if two numbers are equally good, the choice stays.
 #pragma once
 
@@ -26,7 +26,7 @@ class ThreadChoice {
   /// That step took `seconds`.
   void took(double seconds);
 
-  /// Work of this length (s) is worth a thread.
+  /// Work of this duration (s) is worth a thread.
   static constexpr double worth_a_thread = 20e-6;
   /// Steps longer than this (s) have no trials.
   static constexpr double longest = 1e-3;
@@ -42,8 +42,8 @@ class ThreadChoice {
   static constexpr double spike = 2;       // relative to the time before, as estimated by the guess
 
   enum class Phase { steady, trial, check };
-  /// A leap, to one thread or to the guess, may reach what halving and doubling would not: two threads that wait for
-  /// each other can be slower than one and slower than eight.
+  /// A leap, to one thread or to the guess, can escape a local optimum of halving and doubling: two threads that wait
+  /// for each other can be slower than one and slower than eight.
   enum class Way { half, twice, leap };
 
   void follow(double guess, double start, int most);

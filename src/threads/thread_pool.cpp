@@ -18,12 +18,12 @@ void relax_cpu() {
 #endif
 }
 
-// About 100 µs: longer than the gaps between the loops of a step, shorter than a frame's other work.
+// About 100 µs: longer than the gaps between a step's loops, shorter than a frame's other work.
 constexpr int spins_before_sleep = 2000;
-// About a microsecond: a punctual thread is done by then, and reading its line would only slow it down.
+// About a microsecond: a thread that is on time is done by then, and reading its cache line would only slow it down.
 constexpr int spins_before_help = 24;
 
-// In a stretch's claims the low bits count chunks, the high bits are the loop's number.
+// Of a stretch's claims, the low bits count chunks and the high bits are the loop's number.
 constexpr int claim_bits = 22;
 constexpr std::uint64_t claim_mask = (std::uint64_t{1} << claim_bits) - 1;
 
@@ -68,7 +68,7 @@ void ThreadPool::run_loop(Loop loop, const Before& before) {
     return;
   }
   announce(loop);
-  std::exception_ptr failure;  // rethrown later: other threads still use the caller's data
+  std::exception_ptr failure;  // rethrown at the end: other threads still use the caller's data
   if (before.call) {
     others_are_busy_ = true;
     try {
@@ -166,7 +166,7 @@ bool ThreadPool::spin_until_new(std::size_t thread, std::uint64_t heard, const L
   return false;
 }
 
-// An unused thread is not woken for every loop. The alarm is read first, so that a thread put to use meanwhile wakes.
+// An unused thread is not woken for every loop. Reads the alarm first, so a thread put to use meanwhile wakes.
 void ThreadPool::sleep_until_new(std::size_t thread, std::uint64_t heard) {
   const std::uint32_t alarm = alarm_.load();
   const bool in_use = thread < used_.load();

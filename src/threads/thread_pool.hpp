@@ -1,15 +1,16 @@
 // A fixed set of threads that run loops together, used by the native simulator and the host back end of the execution
 // layer:
 //
-// * A step is a sequence of loops; the caller's thread takes part in every loop and continues when it is complete.
+// * A step is a sequence of loops. The caller's thread takes part in every loop and continues when it is complete.
 // * A loop's range is cut into chunks. Every thread starts on its own stretch of chunks, the same in every loop over
-//   the same range, so that what it wrote in one sweep is in its cache in the next. A thread that is done and sees no
-//   new loop for a moment helps with others' stretches, so a slow thread simply takes fewer chunks.
-// * No cache line is written by all threads: the caller announces a loop in one line that workers watch, claims and
-//   completions of a stretch are counted in its owner's line, and the caller reads those lines one by one. With 16
-//   threads an empty loop takes a quarter of the time that a shared counter of finished threads takes.
-// * Between loops workers spin for a short while (loops of a step follow each other within microseconds), then sleep. A
-//   late worker finds nothing to claim and does no harm: the caller waits for chunks, not for threads.
+//   the same range: what it wrote in one sweep is in its cache in the next. A thread that is done and sees no new loop
+//   for a moment steals chunks from others' stretches (`help`): a slow thread simply takes fewer.
+// * No cache line is written by all threads. The caller announces a loop in one line that workers watch; a stretch's
+//   claims and completions are counted in its owner's line; the caller reads those lines one by one. With 16 threads an
+//   empty loop takes a quarter of the time that a shared counter of finished threads takes.
+// * Between loops workers spin briefly (a step's loops follow each other within microseconds), then sleep. A late
+// worker
+//   finds nothing to claim and does no harm: the caller waits for chunks, not for threads.
 #pragma once
 
 #include <atomic>
@@ -28,11 +29,11 @@ class ThreadPool {
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  /// All threads.
+  /// Number of all threads.
   int size() const { return static_cast<int>(stretches_.size()); }
-  /// Threads that loops use.
+  /// Number of threads that loops use.
   int thread_count() const { return static_cast<int>(used()); }
-  /// From here on, loops use `threads` threads, or all if there are fewer.
+  /// From now on loops use `threads` threads, or all if there are fewer.
   void use(int threads);
 
   /// Calls body(begin, end) for consecutive chunks of `grain` items of [0, count), on all threads. The chunks are a
@@ -40,7 +41,7 @@ class ThreadPool {
   /// chunk order, which keeps results independent of timing.
   template <class Body>
   void for_each_chunk(std::size_t count, std::size_t grain, Body&& body) {
-    // Two chunks are done before another thread would notice them.
+    // Two chunks finish before another thread would notice them.
     if (used() == 1 || count <= 2 * grain) {
       for (std::size_t begin = 0; begin < count; begin += grain)
         body(begin, begin + grain < count ? begin + grain : count);
@@ -54,13 +55,13 @@ class ThreadPool {
   }
 
   /// Calls body(begin, end) for parts of [0, count) of at least `least` items (fewer only if `count` is smaller), on as
-  /// many threads as that leaves work for. The cuts depend on the number of threads.
+  /// many threads as there are parts for. The division depends on the number of threads.
   template <class Body>
   void for_each_part(std::size_t count, std::size_t least, Body&& body) {
     if (count == 0) return;
     const std::size_t threads = used(), most = count / least;
     if (threads == 1 || most < 2) return body(0, count);
-    // A few parts per thread, so that others can help; the same number for each.
+    // A few parts per thread, for others to steal; the same number for each.
     const std::size_t parts = most < 2 * threads                                    ? (most < threads ? most : threads)
                               : most / threads * threads < parts_a_thread * threads ? most / threads * threads
                                                                                     : parts_a_thread * threads;
@@ -68,7 +69,7 @@ class ThreadPool {
     run(part, parts);
   }
 
-  /// Like `for_each_chunk`, but the caller first calls alone(), whose own loops run on its thread only if there is more
+  /// Like `for_each_chunk`, but the caller first calls alone(), whose own loops run only on its thread if there is more
   /// than one chunk. With one thread alone() also comes first.
   template <class Alone, class Body>
   void for_each_chunk_beside(const Alone& alone, std::size_t count, std::size_t grain, Body&& body) {
@@ -84,7 +85,7 @@ class ThreadPool {
              {[](const void* context) { (*static_cast<const Alone*>(context))(); }, &alone});
   }
 
-  /// Parts of a share, so that others can help with it.
+  /// Parts of a share, for others to steal.
   static constexpr std::size_t parts_a_thread = 4;
 
   /// Calls body(begin, end) for parts of `shares` shares; thread i takes [cut(i), cut(i + 1)) unless it is late. At
@@ -102,7 +103,7 @@ class ThreadPool {
   }
 
  private:
-  static constexpr std::size_t line = 128;  // two cache lines, because they are fetched in pairs
+  static constexpr std::size_t line = 128;  // two cache lines: they are fetched in pairs
 
   struct Loop {
     void (*call)(const void* context, std::size_t chunk) = nullptr;
@@ -160,7 +161,7 @@ class ThreadPool {
   std::atomic<std::size_t> used_;
   Announcement announced_;
   std::vector<Stretch> stretches_;                        // one per thread
-  bool others_are_busy_ = false;                          // with a loop that the caller has not joined yet
+  bool others_are_busy_ = false;                          // with a loop that the caller has yet to join
   std::vector<std::uint64_t> completed_;                  // values of the stretches' counters when the loop is complete
   alignas(line) std::atomic<std::uint32_t> sleepers_{0};  // of the threads in use
   std::atomic<std::uint32_t> alarm_{0};                   // what sleepers wait on

@@ -13,7 +13,7 @@ class CameraControls {
   void orbit(float dx, float dy);  ///< mouse movement in pixels
   void pan(float dx, float dy, int height);
   void zoom(float notches);
-  /// Flight: m along the camera's own axes (right, up, ahead), in units of its distance per second.
+  /// Flight along the camera's axes (right, up, ahead), in units of its distance per second.
   void fly(Vec3 direction, float seconds);
 
   render::Camera camera() const;

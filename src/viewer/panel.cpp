@@ -28,7 +28,7 @@ const Stage stages[] = {{"find pairs", &StageTimes::find_pairs, IM_COL32(62, 124
                         {"solve", &StageTimes::solve, IM_COL32(224, 92, 80, 255)},
                         {"finish", &StageTimes::finish, IM_COL32(126, 104, 176, 255)}};
 
-/// One of several words; true if another one was chosen.
+/// A choice of one of several words; true if it changed.
 template <class T, std::size_t n>
 bool choose(const char* label, std::optional<T>& value, T present, const std::pair<const char*, T> (&words)[n]) {
   const T now = value.value_or(present);
@@ -68,7 +68,7 @@ bool choose_simulator(const WorldDef& def, const std::vector<SimulatorChoice>& s
   return changed;
 }
 
-/// Scene, size and simulator; true if something was chosen.
+/// Scene, size and simulator; true if any changed.
 bool choose_scene(const Session& session, const std::vector<SimulatorChoice>& simulators, Choice& choice) {
   bool changed = false;
   if (ImGui::BeginCombo("scene", choice.scene.c_str())) {
@@ -83,8 +83,8 @@ bool choose_scene(const Session& session, const std::vector<SimulatorChoice>& si
     ImGui::EndCombo();
   }
   if (find_environment(choice.scene)) {
-    // Shows the actual number, which may differ from the requested one, because layers are always full. Takes effect
-    // when the slider is released, or a number has been typed in (Ctrl and click).
+    // Shows the actual number, which may differ from the requested one because layers are always full. Takes effect
+    // when the slider is released or a number typed in (Ctrl and click).
     const auto bodies = static_cast<int>(dynamic_body_count(session.scene()));
     static int moving = 0;
     static bool held = false;
@@ -126,7 +126,7 @@ void draw_chart(const std::deque<StageTimes>& history) {
     highest = std::max(highest, times.total());
     sum += times.total();
   }
-  // The scale changes by powers of two, so that it does not jitter.
+  // The scale changes by powers of two to avoid jitter.
   const double scale = std::max(0.1, std::pow(2.0, std::ceil(std::log2(std::max(highest, 1e-3)))));
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   const ImVec2 size{ImGui::GetContentRegionAvail().x, chart_height};

@@ -1,4 +1,4 @@
-// The panel beside the picture: choices, figures, scrolling stage times.
+// The panel beside the picture: choices, statistics, scrolling stage times.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What the window remembers between runs.
+// Window settings that persist between runs.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The simulation behind the window: a scene in a world, and what the controls do to it.
+// The simulation behind the window: a scene in a world, and the controls' actions on it.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +41,7 @@ class Session {
   /// Throws what `make` and `World` throw.
   Session(SceneMaker make, Choice choice);
 
-  /// Starts another scene, or restarts the same one. If that fails, the old one stays and the error is thrown.
+  /// Starts another scene, or restarts the same one. If that throws, the old one stays.
   void choose(const Choice& choice);
   void reset() { choose(choice_); }
   void step();
@@ -50,29 +50,29 @@ class Session {
   const World& world() const { return *world_; }
   const Scene& scene() const { return *scene_; }
   const Choice& choice() const { return choice_; }
-  /// Reverts the last of: a choice of scene or setting, a reset, a shot, a grab, a step after `remember`. The world is
-  /// then as it was before that, bit for bit. False if there is nothing to revert.
+  /// Reverts the last action: a choice of scene or setting, a reset, a shot, a grab, a step after `remember`. Restores
+  /// the world before it, bit for bit. False if there is nothing to revert.
   bool undo();
   std::size_t undoable() const { return past_.size(); }
-  /// Saves the state, so that `undo` returns to it. The last few are kept.
+  /// Saves the state for `undo`. The last few are kept.
   void remember();
-  /// Counts scenes started, so that data remembered from the last one can be dropped.
+  /// Counts scenes started, so callers know when to drop data of the last one.
   std::uint64_t generation() const { return generation_; }
   /// Times of the last steps, oldest first.
   const std::deque<StageTimes>& history() const { return history_; }
 
-  // Picking: a target joint of 4 Hz, critically damped, from the grabbed point to the hand; a force of the same law if
-  // the world has no joints (Partition::cells).
+  // Picking: a critically damped target joint of 4 Hz from the grabbed point to the hand; an equivalent force if the
+  // world has no joints (Partition::cells).
   /// Grabs the dynamic body under a ray; false if there is none.
   bool grab(Vec3 origin, Vec3 direction);
-  /// Moves the hand to where the ray reaches the depth at which the body was grabbed.
+  /// Moves the hand along the ray to the depth at which the body was grabbed.
   void drag(Vec3 origin, Vec3 direction, Vec3 view_direction);
   void release();
   struct Grip {
     BodyId body;
     Vec3 anchor;    ///< m, in the body's frame
     Vec3 hand;      ///< m, world
-    BodyId holder;  ///< what the joint is attached to: a fixed body that touches nothing
+    BodyId holder;  ///< the joint's other body: fixed, touches nothing
     JointId joint;  ///< none if the world has no joints
   };
   const std::optional<Grip>& grip() const { return grip_; }
@@ -88,7 +88,7 @@ class Session {
     std::unique_ptr<World> world;
     std::unique_ptr<SceneInstance> instance;
     std::vector<std::byte> snapshot;
-    std::optional<BodyId> holder;  ///< of a grip at that time, which only returns with the snapshot
+    std::optional<BodyId> holder;  ///< of a grip at that time; exists only in the snapshot
   };
   void keep(Past past);
   void join(Vec3 point);

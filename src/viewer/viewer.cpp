@@ -86,7 +86,7 @@ class Viewer {
   int scene_width() const { return window_.width() - scene_left(); }
   float aspect() const { return static_cast<float>(scene_width()) / static_cast<float>(window_.height()); }
 
-  /// The scene's look where nobody chose one.
+  /// The scene's look, unless the user chose one.
   LookKind own_look() const {
     return length_squared(session_.world().gravity()) == 0 ? LookKind::water : LookKind::daylight;
   }

@@ -27,7 +27,7 @@ struct ViewerSettings {
   bool help = false;
   /// Ends after this many frames, of one step each; 0: when the window is closed.
   std::uint64_t frames = 0;
-  std::function<bool()> ended;  ///< asked every frame; if true, ends the view as closing the window does
+  std::function<bool()> ended;  ///< called every frame; true ends the view like closing the window
   std::string screenshot;       ///< PNG of the last frame, with the panel
 };
 
@@ -37,7 +37,7 @@ struct ViewResult {
   std::uint64_t steps = 0;
   double time = 0;  ///< s, simulated
   std::uint64_t state_hash = 0;
-  std::string warning;  ///< what could not be remembered for the next run, and why
+  std::string warning;  ///< what could not be saved for the next run, and why
 };
 
 /// Returns when the window is closed, after `frames` frames, or when `ended` returns true. Throws `Error{unavailable}`

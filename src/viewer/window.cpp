@@ -35,7 +35,7 @@ void style_panel() {
   style.ItemSpacing = {8, 5};
   style.Colors[ImGuiCol_WindowBg] = {0.06f, 0.08f, 0.11f, 0.86f};
   style.Colors[ImGuiCol_TitleBgActive] = {0.13f, 0.20f, 0.28f, 1.0f};
-  // Otherwise the list of windows and their positions would be left in the working directory.
+  // Otherwise ImGui would write window positions to a file in the working directory.
   ImGui::GetIO().IniFilename = nullptr;
 }
 

@@ -1,6 +1,6 @@
-// Binary output and input for snapshots and recordings. A type's `archive(self, a)` lists its members once; a
-// `ByteWriter` appends them, a `ByteReader` reads them back. Trivially copyable members are copied as in memory, so the
-// format is that of little-endian machines with IEEE 754 floats.
+// Binary serialisation for snapshots and recordings. A type's `archive(self, a)` lists its members once; a `ByteWriter`
+// appends them, a `ByteReader` reads them back. Trivially copyable members are copied byte for byte, so the format is
+// that of little-endian machines with IEEE 754 floats.
 #pragma once
 
 #include <bit>
@@ -19,7 +19,7 @@ namespace fathom {
 
 static_assert(std::endian::native == std::endian::little, "snapshots are little-endian");
 
-/// Whether a bool copied from foreign bytes has a valid value.
+/// Whether a bool copied from untrusted bytes has a valid value.
 inline bool is_sound(const bool& value) {
   unsigned char byte;
   std::memcpy(&byte, &value, 1);
@@ -112,7 +112,7 @@ class ByteReader {
   template <class T>
   void get(std::vector<T>& values) {
     const auto count = read<std::uint64_t>();
-    // An element takes at least a byte, so a count beyond the remaining bytes is refused before memory is allocated.
+    // An element takes at least a byte: reject a count beyond the remaining bytes before allocating memory.
     if (count > rest_.size()) fail("it ends too early");
     if constexpr (Plain<T>) {
       get_plain(values, count);

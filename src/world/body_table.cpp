@@ -21,7 +21,7 @@ bool is_isotropic(const SymMat3& m) {
   return max(spread, mixed) <= 1e-5f * mean;
 }
 
-/// In double precision: products of three moments of a speck of dust underflow in single.
+/// In double precision: in single, the product of three moments of a tiny body underflows.
 SymMat3 inverse(const SymMat3& m) {
   const double xx = to_double(m.xx), yy = to_double(m.yy), zz = to_double(m.zz), xy = to_double(m.xy),
                xz = to_double(m.xz), yz = to_double(m.yz);
@@ -108,7 +108,7 @@ void BodyTable::note(const BodyInfo& info) {
   note_thickness(info);
 }
 
-/// Inserts the slot into an ascending list, or removes it.
+/// Inserts the slot into a sorted list, or removes it.
 static void list_in(std::vector<std::uint32_t>& list, std::uint32_t slot, bool belongs) {
   if (!belongs && list.empty()) return;
   const auto entry = std::ranges::lower_bound(list, slot);

@@ -1,4 +1,4 @@
-// Body data common to all simulators: ids, and what a step only reads.
+// Body data common to all simulators: ids, and data that a step only reads.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ namespace fathom {
 class ByteReader;
 class ByteWriter;
 
-/// The rarely changing data of one body. The state that a step moves is in the simulators.
+/// The rarely changing data of one body. Simulators keep the state that a step changes.
 struct alignas(64) BodyInfo {
-  // For most bodies a step reads only the first cache line.
+  // For most bodies, a step reads only the first cache line.
   MotionType motion = MotionType::fixed;
   bool can_sleep = true;
   /// Inertia is a multiple of the identity: no gyroscopic torque, one number instead of six.
@@ -31,7 +31,7 @@ struct alignas(64) BodyInfo {
   float gravity_scale = 1;
   float linear_damping = 0;   ///< 1/s
   float angular_damping = 0;  ///< 1/s
-  Geometry geometry;          ///< its hull's view, last, is on the second line
+  Geometry geometry;          ///< its last member, the view of the hull, is on the second line
 
   SymMat3 inertia;                         ///< body axes, 0 unless dynamic
   SymMat3 inverse_inertia;                 ///< body axes, 0 unless dynamic
@@ -51,19 +51,19 @@ inline bool may_collide(const BodyInfo& a, const BodyInfo& b) {
   return !a.is_sensor && !b.is_sensor && may_collide(a.filter, b.filter);
 }
 
-/// Whether the body may collide with any. Pieces of a compound may have their own filters.
+/// Whether the body may collide with anything. Children of a compound may have their own filters.
 inline bool may_collide(const BodyInfo& info) {
   const Filter& f = info.filter;
   return !info.is_sensor && (info.geometry.is_compound() || f.group > 0 || (f.category != 0 && f.mask != 0));
 }
 
-/// Whether continuous collision must stop these bodies, of which one is fast, from ending behind or inside each other.
-/// `a` is the non-dynamic one.
+/// Whether continuous collision must keep these bodies, one of them fast, from tunnelling through each other. `a` is
+/// the non-dynamic one.
 inline bool is_swept(const BodyInfo& a, const BodyInfo& b) {
   return a.motion != MotionType::dynamic || a.is_bullet || b.is_bullet;
 }
 
-/// Half of the body's thickness (m), approximately.
+/// Approximately half the body's thickness (m).
 float half_thickness(const BodyInfo& info);
 
 /// Slots with generations: a removed body's slot is reused, its old ids are not.
@@ -74,7 +74,7 @@ class BodyTable {
   /// `def` must have been checked (see `check_body`).
   BodyId add(const BodyDef& def);
   void remove(BodyId id);
-  /// The definition that would recreate the body, except pose and velocity.
+  /// The definition that would recreate the body, without pose and velocity.
   BodyDef definition(std::uint32_t slot) const;
   /// Redefines the body in the slot under the same id. `def` must have been checked.
   void change(std::uint32_t slot, const BodyDef& def);
@@ -91,7 +91,7 @@ class BodyTable {
   std::uint32_t count() const { return count_; }
   /// True once any dynamic body was anisotropic: its inertia is not a multiple of the identity.
   bool any_anisotropic() const { return any_anisotropic_; }
-  /// True once any body was a mesh, height field or compound, which touch others in several parts.
+  /// True once any body was a mesh, height field or compound: such bodies make several contacts per pair.
   bool any_in_parts() const { return any_in_parts_; }
   /// True once any body had a `custom_filter`.
   bool any_custom_filter() const { return any_custom_filter_; }

@@ -1,4 +1,4 @@
-// Access of queries to bodies: a simulator's tree offers those whose boxes a moving box meets.
+// How queries find bodies: a simulator's tree visits those whose boxes a moving box overlaps.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct MovingBox {
 
 class BodyVisitor {
  public:
-  /// Visits a body whose box is met, or nearly. Returns the fraction of the path beyond which nothing is of interest.
+  /// Visits a body whose box is hit, or nearly. Returns the fraction of the path at which the search may stop.
   virtual float visit(std::uint32_t slot) = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// Events on their way to the application: reported by finished steps and not yet read.
+// Events reported by finished steps and not yet read by the application.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace fathom {
 
-/// The oldest events of a list that is never read are dropped, so that it does not grow forever.
+/// A list that is never read drops its oldest events, so its size is bounded.
 inline constexpr std::size_t max_unread_events = std::size_t{1} << 18;
 
-/// Read events remain until the next step begins; later ones are appended when the list is read again.
+/// Read events remain until the next step begins; reading again appends later ones.
 template <class Event>
 class EventList {
  public:

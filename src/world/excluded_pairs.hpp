@@ -11,7 +11,7 @@ class BodyTable;
 class ByteReader;
 class ByteWriter;
 
-/// By slots. A body is removed after its pairs.
+/// By slot. A body's pairs are removed before the body.
 class ExcludedPairs {
  public:
   /// False if nothing changes.
@@ -35,7 +35,7 @@ class ExcludedPairs {
   void restore(ByteReader& in, const BodyTable& bodies);
 
  private:
-  std::vector<std::vector<std::uint32_t>> of_body_;  // up to the highest body that ever had a pair
+  std::vector<std::vector<std::uint32_t>> of_body_;  // up to the highest slot that ever had a pair
 };
 
 }  // namespace fathom

@@ -1,4 +1,4 @@
-// Arrays that grow by a quarter instead of doubling: memory per body and per manifold is a promise.
+// Arrays that grow by a quarter instead of doubling: Fathom promises an amount of memory per body and per manifold.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ void grow_to(Array& array, std::size_t size) {
   array.resize(size);
 }
 
-/// Whether the capacity was needed only for a burst, such as a scene's first step, and far exceeds `size`.
+/// Whether the capacity far exceeds `size`: it was needed only for a burst, such as a scene's first step.
 template <class Array>
 bool is_of_a_burst(const Array& array, std::size_t size) {
   constexpr std::size_t burst = 1024;

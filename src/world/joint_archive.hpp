@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// Archives all but the joined bodies, which each format names in its own way.
+/// Archives all but the two bodies, which each format names in its own way.
 template <class Def, class Archive>
 void archive_joint(Def& def, Archive& archive) {
   archive(def.type, def.frame_a.position, def.frame_a.rotation, def.frame_b.position, def.frame_b.rotation,

@@ -19,7 +19,7 @@ static bool exceeds(Vec3 v, float most) {
   return std::sqrt(x * x + y * y + z * z) > static_cast<double>(most);
 }
 
-// The joints to break are found before any is removed: removing one changes no other's reaction.
+// Finds all joints to break, then removes them: removing one does not change another's reaction.
 void Simulator::break_joints() {
   collects_events() ? broken.begin_step() : broken.clear();
   if (joints.breakable_count() == 0) return;

@@ -28,7 +28,7 @@ JointInfo make_info(const JointDef& def, const BodyTable& bodies) {
   return info;
 }
 
-/// Restored rotations are normalised already, and must keep their bits.
+/// Restored rotations are already normalised and must keep their bits.
 JointDef normalised(JointDef def) {
   def.frame_a.rotation = normalize(def.frame_a.rotation);
   def.frame_b.rotation = normalize(def.frame_b.rotation);

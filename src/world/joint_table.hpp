@@ -13,7 +13,7 @@ namespace fathom {
 class ByteReader;
 class ByteWriter;
 
-/// A joint as simulators see it: if a body cannot be pushed, it is A.
+/// A joint as simulators see it: a body that cannot be pushed is always A.
 struct JointInfo {
   std::uint32_t a = 0xffffffffu, b = 0xffffffffu;  ///< slots
   Vec3 anchor_a, anchor_b;                         ///< m, body axes
@@ -55,7 +55,7 @@ class JointTable {
   std::span<const std::uint32_t> of(std::uint32_t body) const {
     return body < of_body_.size() ? std::span<const std::uint32_t>(of_body_[body]) : std::span<const std::uint32_t>();
   }
-  /// Whether any joint keeps the two bodies from making contacts.
+  /// Whether a joint keeps the two bodies from colliding.
   bool keeps_apart(std::uint32_t body_a, std::uint32_t body_b) const;
 
   /// Whether the joint's bodies have no other joints except to fixed or kinematic bodies; `ignoring` does not count.
@@ -74,7 +74,7 @@ class JointTable {
   std::vector<JointInfo> infos_;
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
-  std::vector<std::vector<std::uint32_t>> of_body_;  // up to the highest body that ever had a joint
+  std::vector<std::vector<std::uint32_t>> of_body_;  // up to the highest slot that ever had a joint
   std::uint32_t count_ = 0, breakable_count_ = 0, coupling_count_ = 0;
   mutable std::vector<JointId> living_;
   mutable bool living_is_current_ = true;

@@ -1,7 +1,7 @@
 // Finds the mechanisms of rigid joints that are solved directly (dynamics/mechanism.hpp): trees, and bodies with few
-// loops that collide with nothing (dynamics/loop_closure.hpp). If there are more loops or they may be hit, the joints
-// that close them are left to sweeps; if there are many, as in a net, all joints are. A hit on a loop gives impulses
-// that nothing in it follows; applied again along arms that have turned, they gain energy
+// loops that collide with nothing (dynamics/loop_closure.hpp). With more loops, or loops that may be hit, sweeps solve
+// the joints that close them; with many, as in a net, sweeps solve all joints. A hit on a loop gives impulses that
+// nothing in it follows; applied again along arms that have turned, they add energy
 // (docs/log/2026-11-25-loop-closures.md).
 #pragma once
 
@@ -18,10 +18,10 @@ namespace fathom {
 
 /// Finds them among the joints and bodies of a `Source`, which numbers both:
 ///
-///     bodies(), joints(): how many numbers there are
+///     bodies(), joints(): their number
 ///     is_candidate(j): may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j)
-///     is_obstacle(i): joints do not push it;  inverse_mass(i);  may_collide(i)
-///     accepts(links): whether the tree, root first, is to be solved directly
+///     is_obstacle(i): joints cannot push it;  inverse_mass(i);  may_collide(i)
+///     accepts(links): whether to solve the tree, root first, directly
 class JointTrees {
  public:
   static constexpr std::uint32_t none = MechanismLink::none;
@@ -66,7 +66,7 @@ class JointTrees {
   }
 
  private:
-  static constexpr std::uint32_t max_links = 4096;    // as many as one thread can solve; more are a net or a rope
+  static constexpr std::uint32_t max_links = 4096;    // for one thread to solve; more are a net or a rope
   static constexpr std::uint32_t links_a_loop = 8;    // at least, if sweeps solve the loops: shorter loops are a net
   static constexpr std::uint32_t max_closing = 1024;  // links times loops: six solutions each
 
@@ -93,7 +93,7 @@ class JointTrees {
     });
   }
 
-  // The heaviest first: a light root's inertia would be lost in rounding beside that of the bodies attached to it.
+  // Heaviest first: rounding would lose a light root's inertia beside that of the bodies attached to it.
   template <class Source>
   std::vector<std::uint32_t> free_roots(const Source& source) const {
     std::vector<std::uint32_t> roots;
@@ -131,7 +131,7 @@ class JointTrees {
   void add_mechanism(const Source& source, std::uint32_t root, std::uint32_t root_joint) {
     if (!grow(source, root, root_joint, true)) grow(source, root, root_joint, false);
   }
-  /// Returns whether that is settled. `cuts`: loops are cut at bodies, not left to sweeps.
+  /// Returns whether that is final. `cuts`: loops are cut at bodies, not left to sweeps.
   template <class Source>
   bool grow(const Source& source, std::uint32_t root, std::uint32_t root_joint, bool cuts) {
     const auto first = static_cast<std::uint32_t>(links_.size()), level = static_cast<std::uint32_t>(levels_.size());
@@ -164,7 +164,7 @@ class JointTrees {
     }
     for (const MechanismLink& link : tree)
       if (link.joint != none) direct_[link.joint] = 0;
-    // Without another attempt the bodies stay marked, so that they are not tried again.
+    // If there is no other attempt, the bodies stay marked and are not tried again.
     const bool gives_up = copies_.empty();
     for (const MechanismLink& link : tree)
       if (!gives_up) link_of_[link.body] = none;
@@ -204,13 +204,13 @@ class JointTrees {
     return ends;
   }
 
-  /// Sums the masses that stiff joints bind together, from link `first` on.
+  /// Sums the masses connected by stiff joints, from link `first` on.
   template <class Source>
   void weigh(const Source& source, std::uint32_t first) {
     const auto is_bound = [&](const MechanismLink& link) {
       return link.parent != none && !link.is_copy() && source.is_stiff(link.joint);
     };
-    // Parents come first: backwards, each adds its sum to its parent's; forwards, each gets the total.
+    // Parents come first. Backwards, each link adds its sum to its parent's; forwards, each gets the total.
     for (std::uint32_t i = first; i < links_.size(); ++i)
       links_[i].rigid_mass = links_[i].is_copy() ? 0 : 1 / source.inverse_mass(links_[i].body);
     for (auto i = static_cast<std::uint32_t>(links_.size()); i-- > first;)

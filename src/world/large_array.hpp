@@ -1,8 +1,7 @@
-// Arrays that grow during use and may become large: they have pages of their own, which growing remaps instead of
+// Arrays that grow during use and may become large. They have their own pages, and growing remaps these instead of
 // copying. A vector that grows step by step to 4 MB requests five times that from the system, page fault by page fault,
-// while other threads wait for the one that grows it. From 2 MB on they are aligned to huge pages and request them:
-// contacts and manifolds are read in random order, and a core's translation buffers cover only about a thousand small
-// pages.
+// while other threads wait for the one that grows it. From 2 MB on, arrays are aligned to huge pages and request them:
+// contacts and manifolds are read in random order, and a core's TLB covers only about a thousand small pages.
 #pragma once
 
 #include <cstddef>

@@ -11,7 +11,7 @@
 
 namespace fathom {
 
-/// Indices of `defs`, whose positions are finite, in the order in which to add them: as given or, if that jumps about
+/// Indices of `defs`, whose positions are finite, in the order in which to add them: as given or, if that is scattered
 /// in space, along a Morton curve. Rows and layers keep their order, which needs fewer colours.
 std::vector<std::uint32_t> placement_order(std::span<const BodyDef> defs);
 

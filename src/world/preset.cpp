@@ -11,7 +11,7 @@ void apply(Preset preset, WorldDef& def) {
   def.partition = published ? Partition::cells : defaults.partition;
   def.solver.method = published ? Solver::impulse : defaults.solver.method;
   def.solver.warm_start = !(published && device);
-  // The bias follows from penetration and Δt alone (equation 3.20), limited only by the maximum speed of bodies.
+  // The bias depends only on penetration and Δt (equation 3.20); only the maximum speed of bodies limits it.
   def.solver.push_out_velocity = published ? def.solver.max_linear_speed : defaults.solver.push_out_velocity;
   if (published) def.sleep.enabled = false;
   def.ahead = published && device ? 2 : defaults.ahead;

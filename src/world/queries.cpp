@@ -1,6 +1,6 @@
-// World's queries: checks arguments, lets the simulator's tree offer bodies, and tests each exactly.
+// World's queries: check arguments, find candidates in the simulator's tree, and test each exactly.
 //
-// Results depend on bodies and poses alone, not on the tree: all simulators give the same.
+// Results depend only on bodies and poses, not on the tree, so all simulators give the same.
 #include <algorithm>
 #include <fathom/world.hpp>
 #include <string>
@@ -31,13 +31,13 @@ class Query {
     poses_ = simulator.prepare_queries();
   }
 
-  /// The nearest hit of `meet(geometry, pose, limit)`, which returns an optional `SurfaceHit` up to the fraction
-  /// `limit`, among bodies whose boxes `box` meets. Of equal hits the body with the lowest index wins.
+  /// The nearest hit among bodies whose boxes `box` meets. `meet(geometry, pose, limit)` returns an optional
+  /// `SurfaceHit` up to the fraction `limit`. Of equal hits the body with the lowest index wins.
   template <class Meet>
   std::optional<CastHit> nearest(const MovingBox& box, const Meet& meet) const {
     std::optional<CastHit> nearest;
     for_each_in(box, [&](std::uint32_t slot) {
-      // A body equally near up to rounding may have a lower index.
+      // A body that is equally near, up to rounding, may have a lower index.
       const double limit = nearest ? std::min(1.0, (1 + 1e-7) * static_cast<double>(nearest->fraction)) : 1.0;
       const std::optional<SurfaceHit> hit = meet(bodies_[slot].geometry, poses_[slot], limit);
       const bool is_nearer = hit && (!nearest || is_before(hit->fraction, bodies_.id(slot), *nearest));
@@ -60,7 +60,7 @@ class Query {
     return hits;
   }
 
-  /// Bodies for which overlap(geometry, pose) is true, ascending, among those whose boxes `box` meets.
+  /// Bodies whose boxes `box` meets and for which overlap(geometry, pose) is true, ascending.
   template <class Overlap>
   std::vector<BodyId> overlaps(const MovingBox& box, const Overlap& overlap) const {
     std::vector<BodyId> ids;

@@ -56,8 +56,8 @@ void Sensors::end_step(const Simulator& simulator) {
   inside_.swap(present_);
 }
 
-// Few bodies move farther than their own radius within a step. These are tested against every sensor, so that they do
-// not widen every sensor's search to the length of their path.
+// The few bodies that move farther than their own radius within a step are tested against every sensor. Otherwise they
+// would widen every sensor's search by the length of their path.
 void Sensors::look_at_movements(const Simulator& simulator, std::span<const Pose> poses) {
   fast_.clear();
   reach_ = 0;

@@ -1,8 +1,8 @@
 // Which bodies are in which sensor, found after each step.
 //
 // All simulators share this code: it uses the query tree and exact distances. So the same poses give the same events,
-// sleeping bodies and pairs unknown to broad phases are seen, and a step does nothing for sensors, on a device no
-// kernel. The price: after each step of a world with sensors, a device's poses are copied to the host, which
+// sensors see sleeping bodies and pairs unknown to broad phases, and the step itself, device kernels included, does
+// nothing for sensors. The price: after each step of a world with sensors a device copies its poses to the host, which
 // `WorldDef::ahead` cannot hide. Worlds without sensors read no body.
 #pragma once
 

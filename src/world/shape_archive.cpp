@@ -72,7 +72,7 @@ void SurfaceArchive::check_triangles(ByteReader& in, const TriangleMesh& mesh) {
   }
 }
 
-/// Nodes are in depth-first order, and leaves contain the triangles in order: a traversal visits each once and never
+/// Nodes are in depth-first order, and leaves contain the triangles in order. So a traversal visits each once and never
 /// has more pending second children than a search can store.
 void SurfaceArchive::check_tree(ByteReader& in, const TriangleMesh& mesh) {
   constexpr std::size_t deepest = 64;  // as in TriangleMesh::find

@@ -12,14 +12,14 @@
 
 namespace fathom {
 
-/// Reads and writes `Hull`'s private data: a hull rebuilt from its vertices would be shifted by rounding.
+/// Reads and writes `Hull`'s private data: rebuilding a hull from its vertices would shift it by rounding.
 struct HullArchive {
   static void write(ByteWriter& out, const Hull& hull);
   static std::shared_ptr<const Hull> read(ByteReader& in);
 };
 
-/// Meshes and height fields: a mesh rebuilt from its triangles would order them differently. Reading checks all that
-/// searches and contacts rely on; boxes are recomputed.
+/// Meshes and height fields: rebuilding a mesh from its triangles would reorder them. Reading checks everything that
+/// searches and contacts rely on, and recomputes boxes.
 struct SurfaceArchive {
   static void write(ByteWriter& out, ShapeType type, const Surface& surface);
   static std::shared_ptr<const Surface> read(ByteReader& in, ShapeType type);
@@ -35,7 +35,7 @@ struct SurfaceArchive {
 class ShapeReader;
 class ShapeWriter;
 
-/// A compound rebuilt from its children would be shifted by rounding. The tree of boxes is rebuilt.
+/// Rebuilding a compound from its children would shift it by rounding. The tree of boxes is rebuilt.
 struct CompoundArchive {
   static void write(ByteWriter& out, ShapeWriter& shapes, const Compound& compound);
   static std::shared_ptr<const Compound> read(ByteReader& in, ShapeReader& shapes);

@@ -35,7 +35,7 @@ class Simulator {
   EventList<JointBreak> broken;
   Sensors sensors;
   Callbacks callbacks;
-  bool told_of_limits = false;  ///< `def.log` has been told that velocities are limited
+  bool told_of_limits = false;  ///< `def.log` has reported that velocities are limited
 
   // Bodies by slot. `body_added` comes after the table adds a body, `body_removed` before the table removes it.
   virtual void reserve(std::uint32_t count) = 0;
@@ -49,8 +49,8 @@ class Simulator {
   virtual void move_to(std::uint32_t slot, const Pose& pose) = 0;
   /// Linear and angular impulse (N·s, N·m·s) about the centre of mass. Throws if the result is known and not finite.
   virtual void add_impulse(std::uint32_t slot, const Velocity& impulse);
-  // Setters wake the body; changes that affect touching bodies wake those as well. A body isolated for a state that was
-  // not finite is freed only by its own setters, not by changes to others.
+  // Setters wake the body; changes that affect touching bodies wake those as well. Only its own setters, not changes to
+  // other bodies, free a body that was isolated for a non-finite state.
 
   /// The body's material, filter, damping or gravity scale has changed in the table.
   virtual void material_changed(std::uint32_t slot) = 0;
@@ -60,7 +60,7 @@ class Simulator {
   virtual void gravity_changed() = 0;
   virtual void wake(std::uint32_t slot) = 0;
   virtual bool is_awake(std::uint32_t slot) const = 0;
-  /// Force (N) and torque (N·m) about the centre of mass for the next step; they add up.
+  /// Adds a force (N) and a torque (N·m) about the centre of mass for the next step.
   virtual void apply(std::uint32_t slot, Vec3 force, Vec3 torque) = 0;
 
   // Joints by slot. `joint_added` comes after the table adds a joint, `joint_removed` before the table removes it; a
@@ -74,7 +74,7 @@ class Simulator {
   /// N and N·m on the definition's B; the simulator must have been synchronised.
   JointReaction reaction(std::uint32_t slot) const;
 
-  // Excluded pairs by slot, after `excluded` has changed. Both wake both bodies.
+  // Excluded pairs by slot, after `excluded` has changed. Both calls wake both bodies.
   virtual void pair_excluded(std::uint32_t a, std::uint32_t b) = 0;
   virtual void pair_included(std::uint32_t a, std::uint32_t b) = 0;
 
@@ -90,11 +90,11 @@ class Simulator {
   virtual void step() = 0;
   /// Whether step events are collected until they are read.
   bool collects_events() const { return def.ahead > 0 && def.simulator == SimulatorKind::device; }
-  /// After a step: removes and reports joints whose reaction was too large.
+  /// After a step: removes and reports joints whose reaction exceeds their limits.
   void break_joints();
-  /// Waits until the newest requested step is the one that is read.
+  /// Waits until readers see the newest requested step.
   virtual void synchronise() const {}
-  /// Profile of the step that is read.
+  /// Profile of the step that readers see.
   virtual const Profile& current_profile() const { return profile; }
 
   /// The simulator's part of a snapshot: all that does not follow from `def`, `bodies`, `joints` and `steps`. `restore`
@@ -112,10 +112,10 @@ class Simulator {
   virtual void for_each_contact_of(std::uint32_t slot, const std::function<void(const ContactInfo&)>& visit);
 
   // Queries. Any number of threads may query at once while nothing changes or steps the world.
-  /// Updates what queries read; returns the poses by slot. They stay valid until the world is changed, stepped, or
-  /// otherwise read.
+  /// Updates the data that queries read; returns the poses by slot. They stay valid until the world is changed,
+  /// stepped, or otherwise read.
   std::span<const Pose> prepare_queries() const;
-  /// Visits bodies whose boxes the moving one meets, roughly in that order. After `prepare_queries`.
+  /// Visits bodies whose boxes the moving box hits, roughly in the order of the hits. Call `prepare_queries` first.
   virtual void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const = 0;
 
  protected:
@@ -131,7 +131,7 @@ class Simulator {
   mutable std::span<const Pose> queried_poses_;
 };
 
-/// Makes the simulator that `def.simulator` names.
+/// Creates the simulator that `def.simulator` names.
 std::unique_ptr<Simulator> make_simulator(const WorldDef& def);
 std::unique_ptr<Simulator> make_native_simulator(const WorldDef& def);
 /// The next two throw `Error{unavailable}` if there is no device named `def.device`.

@@ -20,7 +20,7 @@ constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
 constexpr std::uint32_t version = 27;
 constexpr std::size_t head_size = 32;
 
-/// All of a definition but what is specific to the machine: threads, device and log.
+/// A definition without what is specific to the machine: threads, device and log.
 template <class Archive, class Def>
 void archive_definition(Archive& a, Def& def) {
   a(def.simulator, def.gravity, def.dt, def.broad_phase, def.sweep_axis, def.partition, def.max_bodies);

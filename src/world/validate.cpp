@@ -38,8 +38,8 @@ void check_inertia(const SymMat3& m) {
   if (!finite || !is_positive_definite(m))
     refuse("add body: the inertia with diagonal " + text(Vec3{m.xx, m.yy, m.zz}) +
            " is not positive definite; leave it out to take the shape's");
-  // ∫(y² + z²) + ∫(z² + x²) ≥ ∫(x² + y²): no mass distribution has a moment above the sum of the other two. With such a
-  // moment a body's spin about that axis would not conserve energy. Flat bodies reach the sum, up to rounding.
+  // ∫(y² + z²) + ∫(z² + x²) ≥ ∫(x² + y²): no mass distribution has a moment above the sum of the other two. With one,
+  // spin about that axis would not conserve energy. Flat bodies reach the sum, up to rounding.
   const Vec3 moments = principal_frame(m).moments;
   const float largest = max_component(moments), others = moments.x + moments.y + moments.z - largest;
   if (largest > others * (1 + 1e-4f))

@@ -357,7 +357,7 @@ void World::set_pre_solve(BodyId id, bool pre_solve) {
   const std::uint32_t slot = slot_to_change(*simulator_, id, "set pre_solve");
   if (pre_solve) check_available({.pre_solve = true}, simulator_->def.simulator, "set pre_solve");
   simulator_->bodies.set_pre_solve(slot, pre_solve);
-  simulator_->material_changed(slot);  // its contacts, changed by the callback, are mixed again
+  simulator_->material_changed(slot);  // mixes materials again in contacts that the callback changed
 }
 
 bool World::has_pre_solve(BodyId id) const {
