@@ -228,7 +228,7 @@ TEST_F(Pictures, BadRequestsAreOneLineAndExitCode2) {
       {drift + "--at 0 --elevation inf", "--elevation: must be a number from -360 to 360, not inf"},
       {drift + "--at 0 --turn=-361", "--turn: must be a number from -360 to 360, not -361"},
       {drift + "--at 0 --zoom nan", "--zoom: must be a number from 0.05 to 50, not nan"},
-      {drift + "--seconds nan --at 0", "must be a finite number greater than 0, not nan"},
+      {drift + "--seconds nan --at 0", "must be a finite number greater than 0 and at most 1000000, not nan"},
       {drift + "--video film", "film: a film needs an ending; use .mp4, .mkv, .webm or .gif"},
       {"fathom view drift --overlay points", "'fathom view' has no option --overlay; did you mean --overlays?"},
       {drift + "--at 1 --look night", "must be daylight|water, not night"},

@@ -418,7 +418,7 @@ TEST(SceneFile, BrokenToml) {
       {"name = 'a\r\n",
        "scene.toml:1:10: a text is not closed on its line; end it with the quotation mark that it begins with"},
       {"name = \"\"\"a\n",
-       "scene.toml:1:12: a text is not closed before the end of the file; end it with the quotation marks that it "
+       "scene.toml:1:13: a text is not closed before the end of the file; end it with the quotation marks that it "
        "begins with"},
       {"[world]\ndt 0.01\n", "scene.toml:2:4: there is no '=' after the key; write key = value"},
       {"dt = = 3\n", "scene.toml:1:6: there is one '=' too many; write key = value"},
@@ -443,7 +443,7 @@ TEST(SceneFile, BrokenToml) {
       {"x = null\n", "scene.toml:1:5: 'null'" + value},
       {"x = “é”\n", "scene.toml:1:5: '“é”'" + value},
       {"x = [1 2]\n", "scene.toml:1:8: a comma or the closing ] is missing before '2'; write lists like [1, 2, 3]"},
-      {"x = [1, 2\n", "scene.toml:2:1: a list is not closed before the end of the file; end it with ]"},
+      {"x = [1, 2\n", "scene.toml:1:11: a list is not closed before the end of the file; end it with ]"},
       {"x = {a = 1,\nb = 2}\n",
        "scene.toml:1:12: a table in { } is on one line; join its lines, or write it below as [name]"},
       {"x = {a = 1 b = 2}\n",
@@ -455,7 +455,7 @@ TEST(SceneFile, BrokenToml) {
       {std::string("\0x", 2), "scene.toml:1:1: there is a control character here; remove it, or give a text file"},
       {"x = \"\xff\"\n", "scene.toml:1:5: this is not UTF-8; save the file as UTF-8"},
       {"x = \"C:\\data\"\n",
-       "scene.toml:1:8: \\d has no meaning in a text; write \\\\ for a backslash, or put the text in single quotation "
+       "scene.toml:1:9: \\d has no meaning in a text; write \\\\ for a backslash, or put the text in single quotation "
        "marks"},
       {"{\"a\": 1}\n", "scene.toml:1:1: '{' cannot begin a line; write key = value, [table] or # and a comment"},
       // What has no words of ours keeps those of toml++, on one line.
