@@ -67,11 +67,29 @@ FATHOM_LANE_FUNCTION Vec3 step_torque_free_spin(Quat& q, Vec3& spin, const SymMa
   return turned_by;
 }
 
-/// The same for a body in contact with angular velocity `w` in world axes. Contacts see the body in its orientation
-/// `start` at the start of the step, and `w` is its spin turned by that. With the true angular velocity, contacts would
-/// push a body of one orientation with the inertia of another, and what they remove from the spin about a rod's axis
-/// would come back multiplied about the other axes: energy from nothing, unbounded at 50:1. This way the energy that
-/// contacts see is the body's.
+/// `step_torque_free_spin` in world axes, for a body that nothing touches: `w` is its angular velocity.
+FATHOM_LANE_FUNCTION Vec3 step_torque_free(Quat& q, Vec3& w, const SymMat3& inertia, const SymMat3& inverse_inertia,
+                                           Real h) {
+  Vec3 spin = inverse_rotate(q, w);
+  const Vec3 turned_by = step_torque_free_spin(q, spin, inertia, inverse_inertia, h);
+  w = rotate(q, spin);
+  return turned_by;
+}
+
+/// All substeps of length `h` (s) of a body with several principal moments that nothing touches: the torque-free
+/// rotation, damped by the factor `damping` per substep and under the angular acceleration `acceleration` (rad/s²).
+FATHOM_LANE_FUNCTION void spin_freely(Quat& q, Vec3& w, Vec3 acceleration, Real damping, const SymMat3& inertia,
+                                      const SymMat3& inverse_inertia, Real h, int substeps, Real most) {
+  for (int i = 0; i < substeps; ++i) {
+    w = limited(mul_add(damping * w, h, acceleration), most);
+    step_torque_free(q, w, inertia, inverse_inertia, h);
+  }
+}
+
+/// `step_torque_free` for a body in contact. Contacts see the body in its orientation `start` at the start of the step,
+/// and `w` is its spin turned by that. With the true angular velocity, contacts would push a body of one orientation
+/// with the inertia of another, and what they remove from the spin about a rod's axis would come back multiplied about
+/// the other axes: energy from nothing, unbounded at 50:1. This way the energy that contacts see is the body's.
 FATHOM_LANE_FUNCTION Vec3 step_torque_free_in_contact(Quat& q, const Quat& start, Vec3& w, const SymMat3& inertia,
                                                       const SymMat3& inverse_inertia, Real h) {
   Vec3 spin = inverse_rotate(start, w);

@@ -1,7 +1,9 @@
 #include "native/move_bodies.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstring>
 
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
@@ -14,6 +16,7 @@
 #include "geometry/support.hpp"
 #include "native/lane_functions-inl.hpp"
 #include "native/prefetch.hpp"
+#include "native/spin_lanes.hpp"
 
 namespace fathom::native {
 
@@ -120,40 +123,77 @@ void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const
   take(free, flown.residual, m.residual);
 }
 
-/// Turns anisotropic bodies substep by substep. The solver has already turned those in contact (no `forces`).
+/// The same for rotations.
+struct LaneRotations {
+  HWY_ALIGN float at[4][width];
+
+  explicit LaneRotations(const QuatV<V>& q) {
+    hn::Store(q.w, D(), at[0]), hn::Store(q.x, D(), at[1]), hn::Store(q.y, D(), at[2]), hn::Store(q.z, D(), at[3]);
+  }
+  QuatV<V> lanes() const {
+    return {hn::Load(D(), at[0]), hn::Load(D(), at[1]), hn::Load(D(), at[2]), hn::Load(D(), at[3])};
+  }
+  void set(std::size_t i, const Quat& q) { at[0][i] = q.w, at[1][i] = q.x, at[2][i] = q.y, at[3][i] = q.z; }
+};
+
+/// Rotations and spins (rad/s) of lanes.
+struct LaneSpins {
+  LaneRotations rotation;
+  LaneVectors angular;
+};
+
+/// Where all substeps take the bodies of these lanes, which nothing touches; null in lanes of other bodies.
+LaneSpins spun_freely(const std::array<const BodyInfo*, width>& bodies, const MoveParameters& p, const Motion& before,
+                      const Forces& forces) {
+  LaneSpins spun{LaneRotations(before.rotation), LaneVectors(before.angular)};
+  const LaneVectors acceleration(forces.angular_acceleration);
+  HWY_ALIGN float damping[width];
+  hn::Store(forces.angular_damping, D(), damping);
+  constexpr std::size_t at_once = std::min(width, spin_lanes);
+  for (std::size_t first = 0; first < width; first += at_once) {
+    FreeSpins spins{};
+    const auto get = [&](const float(&from)[width], Eight& to) { std::memcpy(&to, from + first, 4 * at_once); };
+    const auto put = [&](const Eight& from, float(&to)[width]) { std::memcpy(to + first, &from, 4 * at_once); };
+    std::copy_n(bodies.begin() + first, at_once, spins.bodies.begin());
+    for (std::size_t k = 0; k < 4; ++k) get(spun.rotation.at[k], spins.rotation[k]);
+    for (std::size_t k = 0; k < 3; ++k) get(spun.angular.at[k], spins.angular[k]);
+    for (std::size_t k = 0; k < 3; ++k) get(acceleration.at[k], spins.acceleration[k]);
+    get(damping, spins.damping);
+    spin_freely(spins, p.dt / static_cast<float>(p.substeps), p.substeps, p.limits.angular);
+    for (std::size_t k = 0; k < 4; ++k) put(spins.rotation[k], spun.rotation.at[k]);
+    for (std::size_t k = 0; k < 3; ++k) put(spins.angular[k], spun.angular.at[k]);
+  }
+  return spun;
+}
+
+/// Turns anisotropic bodies through all substeps. The solver has already turned those in contact (no `forces`).
 void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
                       const Motion& before, const Forces* forces, Motion& m) {
-  bool any = false;
-  for (std::size_t i = 0; i < lanes.used; ++i) any |= !bodies[lanes.item(i)].isotropic;
-  if (!any) return;
-  const D d;
-  HWY_ALIGN float q[4][width], damping[width];
-  hn::Store(m.rotation.w, d, q[0]), hn::Store(m.rotation.x, d, q[1]), hn::Store(m.rotation.y, d, q[2]),
-      hn::Store(m.rotation.z, d, q[3]);
-  hn::Store(forces ? forces->angular_damping : hn::Zero(d), d, damping);
-  LaneVectors w(m.angular);
-  const LaneVectors start(before.angular), acceleration(forces ? forces->angular_acceleration : zero3());
-  const float h = p.dt / static_cast<float>(p.substeps);
+  std::array<const BodyInfo*, width> turning{};
+  HWY_ALIGN float turns[width] = {};
   for (std::size_t i = 0; i < lanes.used; ++i) {
-    const std::uint32_t slot = lanes.item(i);
-    const BodyInfo& info = bodies[slot];
-    if (info.isotropic || state.flags[slot] & isolated) continue;
-    Quat rotation = state.poses[slot].rotation;
-    Vec3 angular;
-    if (forces) {
-      angular = start[i];
-      spin_freely(rotation, angular, acceleration[i], damping[i], info.inertia, info.inverse_inertia, h, p.substeps,
-                  p.limits.angular);
-    } else {
-      const Quat now = state.inertia[slot].rotation;
-      angular = rotate(now, inverse_rotate(rotation, w[i]));
-      rotation = now;
-    }
-    w.set(i, fathom::limited(angular, p.limits.angular));
-    q[0][i] = rotation.w, q[1][i] = rotation.x, q[2][i] = rotation.y, q[3][i] = rotation.z;
+    const BodyInfo& info = bodies[lanes.item(i)];
+    if (info.isotropic || state.flags[lanes.item(i)] & isolated) continue;
+    turning[i] = &info, turns[i] = 1;
   }
-  m.rotation = {hn::Load(d, q[0]), hn::Load(d, q[1]), hn::Load(d, q[2]), hn::Load(d, q[3])};
-  m.angular = w.lanes();
+  const D d;
+  const auto is_turned = hn::Gt(hn::Load(d, turns), hn::Zero(d));
+  if (hn::AllFalse(d, is_turned)) return;
+  LaneSpins spun{LaneRotations(m.rotation), LaneVectors(m.angular)};
+  if (forces) {
+    spun = spun_freely(turning, p, before, *forces);
+  } else {
+    for (std::size_t i = 0; i < lanes.used; ++i) {
+      if (!turning[i]) continue;
+      const Quat start = state.poses[lanes.item(i)].rotation, now = state.inertia[lanes.item(i)].rotation;
+      spun.rotation.set(i, now);
+      spun.angular.set(i, rotate(now, inverse_rotate(start, spun.angular[i])));
+    }
+  }
+  const QuatV<V> q = spun.rotation.lanes();
+  m.rotation = {hn::IfThenElse(is_turned, q.w, m.rotation.w), hn::IfThenElse(is_turned, q.x, m.rotation.x),
+                hn::IfThenElse(is_turned, q.y, m.rotation.y), hn::IfThenElse(is_turned, q.z, m.rotation.z)};
+  take(is_turned, limited(spun.angular.lanes(), set(p.limits.angular)), m.angular);
 }
 
 /// `fathom::complete_forced` for lanes with forces. Anisotropic bodies turn separately: `turn` gets their remaining

@@ -1,5 +1,7 @@
 #include "native/spin_lanes.hpp"
 
+#include <algorithm>
+
 #include "dynamics/lane_eight.hpp"
 #include "dynamics/rotation.hpp"
 #include "math/eight_rows.hpp"
@@ -23,6 +25,17 @@ void spin_alone(const SpinningBodies& all, std::uint32_t slot, float h) {
                                                        : body.turned + by;
 }
 
+void spin_freely_alone(FreeSpins& s, int lane, float h, int substeps, float most) {
+  const BodyInfo& info = *s.bodies[static_cast<std::size_t>(lane)];
+  const auto vector = [lane](const Eight(&of)[3]) { return Vec3{of[0][lane], of[1][lane], of[2][lane]}; };
+  Quat q{s.rotation[0][lane], s.rotation[1][lane], s.rotation[2][lane], s.rotation[3][lane]};
+  Vec3 w = vector(s.angular);
+  fathom::spin_freely(q, w, vector(s.acceleration), s.damping[lane], info.inertia, info.inverse_inertia, h, substeps,
+                      most);
+  s.rotation[0][lane] = q.w, s.rotation[1][lane] = q.x, s.rotation[2][lane] = q.y, s.rotation[3][lane] = q.z;
+  s.angular[0][lane] = w.x, s.angular[1][lane] = w.y, s.angular[2][lane] = w.z;
+}
+
 struct Columns {
   Eight rows[8];
 
@@ -43,6 +56,19 @@ struct Columns {
   }
 };
 
+/// Inertia and its inverse of the bodies `of(lane)`.
+struct Moments {
+  wide::SymMat3 inertia, inverse;
+
+  template <class InfoOf>
+  explicit Moments(const InfoOf& of) {
+    const Columns first([&](std::size_t lane) { return &of(lane).inertia.xx; });
+    const Columns last([&](std::size_t lane) { return &of(lane).inertia.xz; });
+    inertia = {first[0], first[1], first[2], first[3], first[4], first[5]};
+    inverse = {last[2], last[3], last[4], last[5], last[6], last[7]};
+  }
+};
+
 }  // namespace
 
 void spin_in_contact(const SpinningBodies& all, std::span<const std::uint32_t> slots, float h) {
@@ -57,18 +83,16 @@ void spin_in_contact(const SpinningBodies& all, std::span<const std::uint32_t> s
   const auto references = [&](std::size_t lane) { return &all.warm[slot(lane)].linear_reference.x; };
   const auto rotations = [&](std::size_t lane) { return &all.inertia[slot(lane)].xz; };
   const auto poses = [&](std::size_t lane) { return &all.poses[slot(lane)].position.x; };
-  const auto inertias = [&](std::size_t lane) { return &all.table[slot(lane)].inertia.xx; };
-  const auto inverses = [&](std::size_t lane) { return &all.table[slot(lane)].inertia.xz; };
   Columns velocity(velocities), way(ways), reference(references), rotation(rotations);
-  const Columns pose(poses), inertia(inertias), inverse(inverses);
+  const Columns pose(poses);
+  const Moments moments([&](std::size_t lane) -> const BodyInfo& { return all.table[slot(lane)]; });
 
   const wide::Vec3 before = velocity.vector(4);
   wide::Vec3 angular = before;
   const wide::Quat start = pose.quaternion(4);
   wide::Quat now = rotation.quaternion(4);
-  const wide::SymMat3 moments{inertia[0], inertia[1], inertia[2], inertia[3], inertia[4], inertia[5]};
-  const wide::SymMat3 responses{inverse[2], inverse[3], inverse[4], inverse[5], inverse[6], inverse[7]};
-  const wide::Vec3 by = wide::step_torque_free_in_contact(now, start, angular, moments, responses, eight(h));
+  const wide::Vec3 by =
+      wide::step_torque_free_in_contact(now, start, angular, moments.inertia, moments.inverse, eight(h));
   wide::Vec3 turned = way.vector(4) + by;
   if (all.flags) {
     EightInts is_jointed{};
@@ -85,6 +109,25 @@ void spin_in_contact(const SpinningBodies& all, std::span<const std::uint32_t> s
   way.store(slots.size(), ways);
   reference.store(slots.size(), references);
   rotation.store(slots.size(), rotations);
+}
+
+void spin_freely(FreeSpins& spins, float h, int substeps, float most) {
+  const auto& bodies = spins.bodies;
+  const auto used = static_cast<std::size_t>(std::ranges::count_if(bodies, [](auto* body) { return body != nullptr; }));
+  if (used < min_lanes) {
+    for (std::size_t lane = 0; lane < spin_lanes; ++lane)
+      if (bodies[lane]) spin_freely_alone(spins, static_cast<int>(lane), h, substeps, most);
+    return;
+  }
+  const BodyInfo& any = **std::ranges::find_if(bodies, [](auto* body) { return body != nullptr; });
+  const Moments moments([&](std::size_t lane) -> const BodyInfo& { return bodies[lane] ? *bodies[lane] : any; });
+  const auto vector = [](const Eight(&of)[3]) { return wide::Vec3{of[0], of[1], of[2]}; };
+  wide::Quat q{spins.rotation[0], spins.rotation[1], spins.rotation[2], spins.rotation[3]};
+  wide::Vec3 w = vector(spins.angular);
+  wide::spin_freely(q, w, vector(spins.acceleration), spins.damping, moments.inertia, moments.inverse, eight(h),
+                    substeps, eight(most));
+  spins.rotation[0] = q.w, spins.rotation[1] = q.x, spins.rotation[2] = q.y, spins.rotation[3] = q.z;
+  spins.angular[0] = w.x, spins.angular[1] = w.y, spins.angular[2] = w.z;
 }
 
 }  // namespace fathom::native
