@@ -36,8 +36,24 @@ struct FoundPart {
   AxisCache axis;
 };
 
+/// A piece of A with what it needs to be tried against many pieces of B.
+struct PieceOfA {
+  Piece piece;
+  Aabb box;  ///< in A's frame
+  Mover mover;
+};
+
 /// Scratch memory, reused from pair to pair.
 struct PairScratch {
+  /// Which of `pieces` a child of A is, if it was needed in this pair.
+  struct Known {
+    std::uint64_t pair;
+    std::uint32_t piece;
+  };
+  std::vector<PieceOfA> pieces;
+  std::vector<Known> known;  ///< by child of A
+  std::uint64_t pair = 0;
+
   std::vector<Part> parts;  ///< sorted by children, touching ones first
   std::vector<FoundPart> found;
   std::vector<Part*> matches;  ///< matching part of each found one, or null
@@ -66,6 +82,8 @@ class PartedPair {
         b_(narrow_phase.bodies[narrow_phase.graph[first].b]) {
     scratch_.parts.clear();
     scratch_.found.clear();
+    scratch_.pieces.clear();
+    ++scratch_.pair;
     const ContactGraph& graph = narrow_phase.graph;
     graph.for_each_in_ring(first, [&](std::uint32_t index) {
       scratch_.parts.push_back({index, graph.children(index), graph[index].touching()});
@@ -151,6 +169,11 @@ class PartedPair {
   }
 
   void find_parts() {
+    const auto end_of = [&](const BodyInfo& info, const Pose& pose, const Velocity& v) {
+      return info.geometry.is_compound() ? advanced(pose, v, narrow_phase_.dt) : pose;
+    };
+    end_a_ = end_of(a_, pose_a(), velocity_a());
+    end_b_ = end_of(b_, pose_b(), velocity_b());
     for (const std::uint32_t child : near_children_of_b()) {
       const Piece b = piece_of(b_, child);
       if (a_.geometry.is_surface())
@@ -176,7 +199,7 @@ class PartedPair {
     watch(child);
     const float dt = narrow_phase_.dt;
     const Mover surface{a_.geometry, a_.radius, pose_a(), velocity_a()};
-    const Mover body = mover_of(b, pose_b(), velocity_b(), dt);
+    const Mover body = mover_of(b, pose_b(), velocity_b(), end_b_, dt);
     const Pose b_in_a = relative(surface.pose, body.pose);
     const float near = speculative_margin(surface.radius, body.radius, surface.velocity, body.velocity, dt);
     const float movement = movement_of(near, surface.radius, body.radius, dt);
@@ -207,23 +230,42 @@ class PartedPair {
   }
 
   void touch_pieces(const Piece& b, std::uint32_t child_b) {
-    const Pose b_in_a = relative(pose_a(), pose_b()) * b.pose;
+    const float dt = narrow_phase_.dt;
+    const Mover on_b = mover_of(b, pose_b(), velocity_b(), end_b_, dt);
+    const Aabb box = bounds(b.geometry, relative(pose_a(), pose_b()) * b.pose);
     std::vector<std::uint32_t>& near = scratch_.children_a;
     near.clear();
     if (a_.geometry.is_compound())
-      find_children(a_.geometry.compound(), grown(bounds(b.geometry, b_in_a), margin()), near);
+      find_children(a_.geometry.compound(), grown(box, margin()), near);
     else
       near.push_back(0);
     std::ranges::sort(near);
-    for (const std::uint32_t child_a : near) touch(piece_of(a_, child_a), b, {child_a, child_b});
+    for (const std::uint32_t child_a : near) {
+      const PieceOfA& a = piece_of_a(child_a);
+      if (!may_collide(a.piece.filter, b.filter)) continue;
+      // That of the whole bodies, which the search has used, is far larger where large compounds turn.
+      const float margin = speculative_margin(a.piece.radius, b.radius, a.mover.velocity, on_b.velocity, dt);
+      if (overlaps(a.box, grown(box, margin))) touch(a, b, on_b, margin, {child_a, child_b});
+    }
   }
 
-  void touch(const Piece& a, const Piece& b, Children children) {
-    if (!may_collide(a.filter, b.filter)) return;
+  const PieceOfA& piece_of_a(std::uint32_t child) {
+    if (scratch_.known.size() <= child) scratch_.known.resize(child + 1);
+    PairScratch::Known& known = scratch_.known[child];
+    if (known.pair != scratch_.pair) {
+      known = {scratch_.pair, static_cast<std::uint32_t>(scratch_.pieces.size())};
+      const Piece a = piece_of(a_, child);
+      const Aabb box = a.is_child ? a_.geometry.compound().bounds(child) : bounds(a.geometry, {});
+      scratch_.pieces.push_back({a, box, mover_of(a, pose_a(), velocity_a(), end_a_, narrow_phase_.dt)});
+    }
+    return scratch_.pieces[known.piece];
+  }
+
+  void touch(const PieceOfA& piece_a, const Piece& b, const Mover& on_b, float margin, Children children) {
+    const Piece& a = piece_a.piece;
+    const Mover& on_a = piece_a.mover;
     const float dt = narrow_phase_.dt;
-    const Mover on_a = mover_of(a, pose_a(), velocity_a(), dt), on_b = mover_of(b, pose_b(), velocity_b(), dt);
     const Pose b_in_a = relative(on_a.pose, on_b.pose);
-    const float margin = speculative_margin(a.radius, b.radius, on_a.velocity, on_b.velocity, dt);
     AxisCache axis;
     PatchLoad load;
     if (const Part* const part = touching_part(children)) {
@@ -334,6 +376,7 @@ class PartedPair {
   const NarrowPhase& narrow_phase_;
   PairScratch& scratch_;
   const BodyInfo &a_, &b_;
+  Pose end_a_, end_b_;  // where compounds take their children within the step
 };
 
 Change update_parts(std::uint32_t index, const NarrowPhase& narrow_phase) {

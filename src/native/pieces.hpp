@@ -43,12 +43,16 @@ inline Vec3 surface_velocity(const BodyInfo& info, std::uint32_t child) {
   return c.material ? rotate(c.pose.rotation, c.material->surface_velocity) : info.material.surface_velocity;
 }
 
-/// The piece as a body of its own, whose centre moves within dt (s) to where the body takes it.
-inline Mover mover_of(const Piece& piece, const Pose& pose, const Velocity& v, float dt) {
+/// The piece as a body of its own, whose centre moves within dt (s) to where the body takes it: from `pose` with the
+/// velocity `v` to `end`.
+inline Mover mover_of(const Piece& piece, const Pose& pose, const Velocity& v, const Pose& end, float dt) {
   if (!piece.is_child) return {piece.geometry, piece.radius, pose, v};
   Mover m{piece.geometry, piece.radius, pose * piece.pose, v};
-  m.velocity.linear = (1 / dt) * (transform(advanced(pose, v, dt), piece.pose.position) - m.pose.position);
+  m.velocity.linear = (1 / dt) * (transform(end, piece.pose.position) - m.pose.position);
   return m;
+}
+inline Mover mover_of(const Piece& piece, const Pose& pose, const Velocity& v, float dt) {
+  return mover_of(piece, pose, v, piece.is_child ? advanced(pose, v, dt) : pose, dt);
 }
 
 }  // namespace fathom::native
