@@ -101,11 +101,12 @@ TEST(ShapeEnvironment, DefaultsAreThoseOfBox3D) {
   EXPECT_EQ(grid.joints.size(), 19800u - 99) << "without those between fixed ones";
 }
 
-/// The environments with surfaces, of which the device simulator has none.
-constexpr Small on_surfaces[] = {{"trees100", 50, 300}, {"trees50", 20, 200}, {"terrain", 300, 400}};
+/// The environments with surfaces or compounds, of which the device simulator has neither.
+constexpr Small native_only[] = {
+    {"trees100", 50, 300}, {"trees50", 20, 200}, {"terrain", 300, 400}, {"tetrapods", 120, 240}};
 
-TEST(ShapeEnvironment, LandscapesLoseNobody) {
-  for (const Small& small : on_surfaces) {
+TEST(ShapeEnvironment, LandscapesAndCompoundsLoseNobody) {
+  for (const Small& small : native_only) {
     SCOPED_TRACE(small.name);
     const Scene scene = find_environment(small.name)->make(small.bodies);
     EXPECT_EQ(dynamic_body_count(scene), static_cast<std::size_t>(small.bodies));
@@ -115,6 +116,7 @@ TEST(ShapeEnvironment, LandscapesLoseNobody) {
     const End end = simulate(small, SimulatorKind::native, 1);
     EXPECT_EQ(end.quality.non_finite, 0u);
     EXPECT_EQ(end.quality.bodies_below_ground, 0u);
+    EXPECT_EQ(end.quality.escaped, 0u);
     EXPECT_LE(end.quality.overlap_max, 0.1);
     EXPECT_EQ(end.hash, simulate(small, SimulatorKind::native, 2).hash);
   }

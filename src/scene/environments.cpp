@@ -57,7 +57,7 @@ Scene pyramid_of_bodies(std::int64_t bodies) {
   return pyramid(pyramid_layers(bodies));
 }
 
-constexpr std::array<Environment, 25> table{{
+constexpr std::array<Environment, 26> table{{
     {"drift", "adrift without gravity: random poses in a cube of n·(4 m)³, a random kick every 30 steps", 1000, nullptr,
      drift},
     {"layers", "a tower of 10 × 10 layers that fall on each other: a pile", 1000, layers_bodies, layers},
@@ -94,6 +94,8 @@ constexpr std::array<Environment, 25> table{{
     {"rocks", "hulls of 16 points of many forms that fall into a bin", 3000, nullptr, rocks},
     {"spheres", "balls that fall into a bin", 3000, nullptr, spheres},
     {"capsules", "capsules that fall into a bin", 3000, nullptr, capsules},
+    {"tetrapods", "a breakwater's units of four legs, compounds of hulls, that fall into a bin", 1000, nullptr,
+     tetrapods},
     {"mixed", "balls, capsules, boxes and hulls, the largest ten times the smallest, that fall into a bin", 1000,
      nullptr, mixed},
 }};

@@ -73,6 +73,8 @@ Scene rocks(std::int64_t bodies);
 Scene spheres(std::int64_t bodies);
 /// Capsules of 1 m by 0.5 m.
 Scene capsules(std::int64_t bodies);
+/// Compounds of four hulls, 1 m across.
+Scene tetrapods(std::int64_t bodies);
 /// All shapes in equal parts from 0.1 to 1 m, friction 0.2.
 Scene mixed(std::int64_t bodies);
 

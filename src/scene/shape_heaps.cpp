@@ -1,6 +1,8 @@
 // Heaps of bodies other than cubes that fall into a bin.
 #include <algorithm>
 #include <cmath>
+#include <fathom/compound.hpp>
+#include <utility>
 #include <vector>
 
 #include "scene/environments.hpp"
@@ -91,6 +93,27 @@ const Shape& one_of_rocks(std::int64_t number) {
   return rocks[static_cast<std::size_t>(number) % rocks.size()];
 }
 
+/// A breakwater's tetrapod within a ball of 1 m: four legs of six sides each, from its middle to the ball.
+Shape tetrapod() {
+  constexpr float foot = 0.16f, tip = 0.11f;  // m, radii
+  const float length = std::sqrt(0.25f - tip * tip);
+  std::vector<ChildShape> legs;
+  for (const Vec3 corner : {Vec3{1, 1, 1}, Vec3{1, -1, -1}, Vec3{-1, 1, -1}, Vec3{-1, -1, 1}}) {
+    const Vec3 along = normalize(corner), across = any_perpendicular(along), third = cross(along, across);
+    std::vector<Vec3> points;
+    for (int i = 0; i < 6; ++i) {
+      const Direction d(i / 6.0);
+      const Vec3 out = static_cast<float>(d.x) * across + static_cast<float>(d.y) * third;
+      points.push_back(foot * out);
+      points.push_back(length * along + tip * out);
+    }
+    ChildShape leg{hull(points)};
+    leg.pose.position = leg.shape.hull->offset();
+    legs.push_back(std::move(leg));
+  }
+  return compound(legs);
+}
+
 }  // namespace
 
 Shape mixed_shape(Random& random, std::int64_t number) {
@@ -119,6 +142,11 @@ Scene spheres(std::int64_t bodies) {
 
 Scene capsules(std::int64_t bodies) {
   return heap_in_bin("capsules", bodies, 1, 0.5f, [](Random&, std::int64_t) { return body_of(capsule(0.25f, 0.25f)); });
+}
+
+Scene tetrapods(std::int64_t bodies) {
+  static const Shape shape = tetrapod();
+  return heap_in_bin("tetrapods", bodies, 1, 0.5f, [](Random&, std::int64_t) { return body_of(shape); });
 }
 
 Scene mixed(std::int64_t bodies) {
