@@ -220,6 +220,7 @@ class ContactGraph {
   std::uint32_t new_manifold(std::size_t i) const { return new_manifolds_[i]; }
   void begin(std::size_t i, std::uint32_t index) { contacts_[index].manifold = new_manifolds_[i]; }
   ContactManifold& manifold_at(std::uint32_t slot) { return manifolds_[slot]; }
+  const ContactManifold& manifold_at(std::uint32_t slot) const { return manifolds_[slot]; }
   void mix_materials(Contact& contact, ContactManifold& manifold);
   void mix_materials(Contact& contact);
   /// Updates this part of the colours' lists by contacts that ended and contacts that have their colours.

@@ -5,12 +5,15 @@
 
 #include "check/check.hpp"
 #include "dynamics/support.hpp"
+#include "native/prefetch.hpp"
 #include "native/tuning.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
 
 namespace {
+
+constexpr std::size_t ahead = 8;  // iterations ahead that scattered memory is prefetched
 
 /// True if any point of the manifold touches.
 bool touches(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b) {
@@ -65,6 +68,7 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
   for (std::size_t i = 0; !is_stale && i < in_contact.size(); ++i) is_stale = is_new(in_contact[i]);
   if (!is_stale && is_built_) return false;
   number(in_contact);
+  list_contacts();
   if (is_stale) {
     levelled_at_ = graph_.colouring();
     list_links();
@@ -86,14 +90,9 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
 void SupportGraph::give_back_search() {
   std::vector<Link>().swap(links_);
   std::vector<Node>().swap(nodes_);
+  std::vector<Coloured>().swap(contacts_);
+  std::vector<Support>().swap(found_supports_);
   for (std::vector<std::uint32_t>* list : {&links_of_, &queue_}) std::vector<std::uint32_t>().swap(*list);
-}
-
-/// Calls act(index, contact) for coloured contacts, in the order of colours' lists.
-template <class Act>
-void SupportGraph::for_each_contact(const Act& act) const {
-  for (int colour = 0; colour < colour_count; ++colour)
-    graph_.for_each_of_colour(colour, [&](std::uint32_t index) { act(index, graph_[index]); });
 }
 
 // A dynamic body with a coloured contact is in contact, so no arbitrary number is read. Bodies without contacts cost
@@ -102,10 +101,25 @@ void SupportGraph::number(std::span<const std::uint32_t> in_contact) {
   grow_to(numbers_, state_.size());
   grow_to(nodes_, in_contact.size());
   for (std::uint32_t i = 0; i < in_contact.size(); ++i) {
+    if (i + ahead < in_contact.size()) prefetch_to_read(&bodies_[in_contact[i + ahead]].mass);
+    const BodyInfo& body = bodies_[in_contact[i]];
     numbers_[in_contact[i]] = i;
-    nodes_[i] = {};
-    nodes_[i].slot = in_contact[i];
-    nodes_[i].parent = i;
+    Node& node = nodes_[i] = {};
+    node.slot = in_contact[i];
+    node.parent = i;
+    node.mass = body.mass, node.inverse_mass = body.inverse_mass;
+    node.half_thickness = half_thickness(body);
+  }
+}
+
+void SupportGraph::list_contacts() {
+  contacts_.clear();
+  for (int colour = 0; colour < colour_count; ++colour)
+    graph_.for_each_of_colour(colour, [&](std::uint32_t index) { contacts_.push_back({index, 0, 0, 0}); });
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (i + ahead < contacts_.size()) prefetch_to_read(&graph_[contacts_[i + ahead].contact]);
+    const Contact& c = graph_[contacts_[i].contact];
+    contacts_[i].a = c.a, contacts_[i].b = c.b, contacts_[i].manifold = c.manifold;
   }
 }
 
@@ -126,27 +140,36 @@ void SupportGraph::join(std::uint32_t a, std::uint32_t b) {
 
 // Lists contacts that touch and are not hits, and for each body its contacts with dynamic ones.
 void SupportGraph::list_links() {
-  const auto is_hit = [&](std::uint32_t index, const Contact& c) {
+  const bool any_moving_surface = graph_.any_moving_surface();
+  const auto is_hit = [&](const Coloured& c) {
     Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
-    if (c.on_moving_surface) speed += graph_.surface_slide(index);
+    if (any_moving_surface && graph_[c.contact].on_moving_surface) speed += graph_.surface_slide(c.contact);
     return length_squared(speed) > loaded_speed * loaded_speed;
   };
+  const auto fetch = [&](const Coloured& c) {
+    const auto* const manifold = reinterpret_cast<const std::byte*>(&graph_.manifold_at(c.manifold));
+    prefetch_to_read(manifold), prefetch_to_read(manifold + 64);  // as far as the second point
+    for (const std::uint32_t slot : {c.a, c.b})
+      prefetch_to_read(&state_.poses[slot]), prefetch_to_read(&state_.velocities[slot]);
+  };
   links_.clear();
-  for_each_contact([&](std::uint32_t index, const Contact& c) {
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (i + ahead < contacts_.size()) fetch(contacts_[i + ahead]);
+    const Coloured& c = contacts_[i];
     const bool base_a = is_base(c.a), base_b = is_base(c.b);
-    if ((base_a && base_b) || is_hit(index, c)) return;
-    if (!touches(graph_.manifold(c), state_.poses[c.a], state_.poses[c.b])) return;
+    if ((base_a && base_b) || is_hit(c)) continue;
+    if (!touches(graph_.manifold_at(c.manifold), state_.poses[c.a], state_.poses[c.b])) continue;
     if (base_a || base_b) {
       const std::uint32_t node = node_of(base_a ? c.b : c.a);
       links_.push_back({none, node});
       ++nodes_[node].base_links;
-      return;
+      continue;
     }
     const std::uint32_t a = node_of(c.a), b = node_of(c.b);
     links_.push_back({a, b});
     ++nodes_[a].end_link, ++nodes_[b].end_link;  // a count until summed below
     join(a, b);
-  });
+  }
   std::uint32_t end = 0;
   for (Node& node : nodes_) {
     node.first_link = end;
@@ -188,10 +211,10 @@ void SupportGraph::find_levels() {
 // Sums loads from the top level down; each body's load is divided evenly among its supports. A structure is overloaded
 // if any of its contacts is.
 void SupportGraph::add_up_loads(float stiffness) {
-  for (const std::uint32_t node : queue_) nodes_[node].load = bodies_[nodes_[node].slot].mass;
-  const auto is_too_much = [&](float load, const BodyInfo& upper, const BodyInfo* lower) {
+  for (const std::uint32_t node : queue_) nodes_[node].load = nodes_[node].mass;
+  const auto is_too_much = [&](float load, const Node& upper, const Node* lower) {
     const float inverse_mass = upper.inverse_mass + (lower ? lower->inverse_mass : 0);
-    const float thinner = lower ? min(half_thickness(upper), half_thickness(*lower)) : half_thickness(upper);
+    const float thinner = lower ? min(upper.half_thickness, lower->half_thickness) : upper.half_thickness;
     return load * inverse_mass > sweep_load(thinner, lower ? stiffness : fixed_stiffness_ratio * stiffness);
   };
   for (std::size_t i = queue_.size(); i-- > 0;) {
@@ -205,10 +228,10 @@ void SupportGraph::add_up_loads(float stiffness) {
     std::uint32_t supports = upper.base_links;
     for_each_lower([&](Node&) { ++supports; });
     const float share = upper.load / static_cast<float>(std::max(supports, 1u));
-    bool overloaded = upper.base_links > 0 && is_too_much(share, bodies_[upper.slot], nullptr);
+    bool overloaded = upper.base_links > 0 && is_too_much(share, upper, nullptr);
     for_each_lower([&](Node& lower) {
       lower.load += share;
-      overloaded = overloaded || is_too_much(share, bodies_[upper.slot], &bodies_[lower.slot]);
+      overloaded = overloaded || is_too_much(share, upper, &lower);
     });
     if (overloaded) nodes_[root(queue_[i])].is_overloaded = true;
   }
@@ -222,7 +245,7 @@ void SupportGraph::keep_overloaded(const Overloads& overloads) {
   for (const std::uint32_t node : queue_) {
     Node& of_root = nodes_[root(node)];
     if (of_root.is_overloaded)
-      of_root.heaviest = max(of_root.heaviest, bodies_[nodes_[node].slot].mass);
+      of_root.heaviest = max(of_root.heaviest, nodes_[node].mass);
     else
       nodes_[node].level = 0;
   }
@@ -260,9 +283,8 @@ void SupportGraph::list_members() {
     const std::uint32_t slot = nodes_[i].slot;
     if (is_member(slot)) members_.push_back({slot, 0, levels_[slot], 0, 0, 0, 0});
   }
-  for_each_contact([&](std::uint32_t, const Contact& c) {
+  for (const Coloured& c : contacts_)
     if (is_member(c.a) && is_member(c.b)) join(node_of(c.a), node_of(c.b));
-  });
   for (Member& m : members_) m.structure = nodes_[root(node_of(m.slot))].slot;
   std::sort(members_.begin(), members_.end(), [](const Member& x, const Member& y) {
     if (x.structure != y.structure) return x.structure < y.structure;
@@ -275,32 +297,47 @@ void SupportGraph::list_members() {
   }
 }
 
-void SupportGraph::list_supports() {
-  supports_.clear();
-  const auto member_of = [this](std::uint32_t slot) { return nodes_[node_of(slot)].member; };
-  if (!members_.empty())
-    for_each_contact([&](std::uint32_t index, const Contact& c) {
-      const bool member_a = is_member(c.a), member_b = is_member(c.b);
-      if (member_a && member_b) {
-        if (levels_[c.a] == levels_[c.b]) return;
-        const bool b_is_upper = levels_[c.b] > levels_[c.a];
-        const std::uint32_t upper = member_of(b_is_upper ? c.b : c.a), lower = member_of(b_is_upper ? c.a : c.b);
-        supports_.push_back({index, upper, lower, none, b_is_upper});
-      } else if (member_b && is_base(c.a)) {
-        supports_.push_back({index, member_of(c.b), none, c.a, true});
-      } else if (member_a && is_base(c.b)) {
-        supports_.push_back({index, member_of(c.a), none, c.b, false});
-      }
-    });
-  std::sort(supports_.begin(), supports_.end(), [](const Support& x, const Support& y) {
-    return x.upper != y.upper ? x.upper < y.upper : x.contact < y.contact;
-  });
-  for (Member& m : members_) m.support_count = m.load_count = 0;
-  for (std::uint32_t i = 0; i < supports_.size(); ++i) {
-    Member& upper = members_[supports_[i].upper];
-    if (upper.support_count++ == 0) upper.first_support = i;
-    if (supports_[i].lower != none) ++members_[supports_[i].lower].load_count;
+// By member, each one's by contact. Members have few.
+void SupportGraph::sort_supports() {
+  std::uint32_t end = 0;
+  for (Member& m : members_) {
+    m.first_support = end;
+    end += std::exchange(m.support_count, 0);
   }
+  supports_.resize(end);
+  for (const Support& support : found_supports_) {
+    Member& upper = members_[support.upper];
+    Support* const first = supports_.data() + upper.first_support;
+    Support* to = first + upper.support_count++;
+    for (; to > first && to[-1].contact > support.contact; --to) *to = to[-1];
+    *to = support;
+  }
+}
+
+void SupportGraph::list_supports() {
+  found_supports_.clear();
+  for (Member& m : members_) m.support_count = m.load_count = 0;
+  const auto member_of = [this](std::uint32_t slot) { return nodes_[node_of(slot)].member; };
+  const auto add = [this](const Support& support) {
+    found_supports_.push_back(support);
+    ++members_[support.upper].support_count;
+    if (support.lower != none) ++members_[support.lower].load_count;
+  };
+  for (std::size_t i = 0; i < contacts_.size() && !members_.empty(); ++i) {
+    const Coloured& c = contacts_[i];
+    const bool member_a = is_member(c.a), member_b = is_member(c.b);
+    if (member_a && member_b) {
+      if (levels_[c.a] == levels_[c.b]) continue;
+      const bool b_is_upper = levels_[c.b] > levels_[c.a];
+      const std::uint32_t upper = member_of(b_is_upper ? c.b : c.a), lower = member_of(b_is_upper ? c.a : c.b);
+      add({c.contact, upper, lower, none, b_is_upper});
+    } else if (member_b && is_base(c.a)) {
+      add({c.contact, member_of(c.b), none, c.a, true});
+    } else if (member_a && is_base(c.b)) {
+      add({c.contact, member_of(c.a), none, c.b, false});
+    }
+  }
+  sort_supports();
   std::uint32_t first = 0;
   for (Member& m : members_) {
     m.first_load = first;
@@ -317,8 +354,8 @@ void SupportGraph::list_supports() {
 
 std::size_t SupportGraph::memory_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
-  return bytes_of(levels_, heaviest_, levelled_, structures_, members_, supports_, loads_, numbers_, nodes_, links_,
-                  links_of_, queue_);
+  return bytes_of(levels_, heaviest_, levelled_, structures_, members_, supports_, loads_, numbers_, nodes_, contacts_,
+                  links_, links_of_, queue_, found_supports_);
 }
 
 }  // namespace fathom::native

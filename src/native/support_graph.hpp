@@ -74,10 +74,9 @@ class SupportGraph {
   bool is_base(std::uint32_t slot) const { return !(state_.flags[slot] & awake) || (state_.flags[slot] & kinematic); }
   bool is_member(std::uint32_t slot) const;
   template <class Act>
-  void for_each_contact(const Act& act) const;
-  template <class Act>
   void for_each_neighbour(std::uint32_t node, const Act& act) const;
   void number(std::span<const std::uint32_t> in_contact);
+  void list_contacts();
   std::uint32_t node_of(std::uint32_t slot) const;
   std::uint32_t root(std::uint32_t node);
   void join(std::uint32_t a, std::uint32_t b);
@@ -89,6 +88,7 @@ class SupportGraph {
   void build();
   void list_members();
   void list_supports();
+  void sort_supports();
   void give_back_search();
 
   const BodyTable& bodies_;
@@ -113,10 +113,16 @@ class SupportGraph {
     std::uint32_t first_link, end_link;  ///< of `links_of_`
     std::uint32_t base_links;            ///< contacts with non-dynamic bodies
     std::uint32_t member;                ///< of `members_`
+    float mass, inverse_mass;            ///< kg, 1/kg
+    float half_thickness;                ///< m
     float load;                          ///< of the body and all it carries (kg)
     float heaviest;                      ///< of a root (kg), see `heaviest`
     std::uint16_t level;
     bool is_overloaded;  ///< of a root
+  };
+  /// A coloured contact. Searches go through these again and again, in order, where contacts themselves are scattered.
+  struct Coloured {
+    std::uint32_t contact, a, b, manifold;
   };
   /// A touching contact between nodes; `a` is `none` if it is not dynamic.
   struct Link {
@@ -124,9 +130,11 @@ class SupportGraph {
   };
   LargeArray<std::uint32_t> numbers_;  // node numbers by slot; arbitrary for bodies not in contact
   std::vector<Node> nodes_;
+  std::vector<Coloured> contacts_;  // in the order of colours' lists
   std::vector<Link> links_;
   std::vector<std::uint32_t> links_of_;  // of each node
   std::vector<std::uint32_t> queue_;     // nodes by level
+  std::vector<Support> found_supports_;  // unsorted
 };
 
 }  // namespace fathom::native
