@@ -224,7 +224,7 @@ TEST(Environment, SayWhichSizesTheyRound) {
 }
 
 TEST(Environment, AreFoundByName) {
-  EXPECT_EQ(environments().size(), 25u);
+  EXPECT_EQ(environments().size(), 26u);
   for (const Environment& environment : environments()) {
     EXPECT_EQ(find_environment(environment.name), &environment);
     EXPECT_EQ(environment.make(environment.default_bodies).name, environment.name);

@@ -5,66 +5,12 @@
 #include "collision/clip.hpp"
 #include "geometry/support.hpp"
 #include "terrain/resting_points.hpp"
-#include "terrain/triangle_lanes.hpp"
 
 namespace fathom {
 namespace {
 
 /// Normals within about 5° of each other share one manifold.
 constexpr float same_normal = 0.996f;
-
-/// Answers questions about a triangle's neighbours from the triangles found.
-class Found final : public Surroundings {
- public:
-  explicit Found(const std::vector<EightTriangles>& eights) : eights_(eights) {}
-
-  bool rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const override {
-    std::uint32_t shared[3];
-    int count = 0;
-    for (unsigned k = 0; k < 3; ++k)
-      if (tips >> k & 1) shared[count++] = t.names[k];
-    for (const EightTriangles& eight : eights_) {
-      unsigned beside = eight.having(shared[0]);
-      for (int i = 1; i < count; ++i) beside &= eight.having(shared[i]);
-      for (; beside != 0; beside &= beside - 1)
-        if (rises(t, eight.at(lowest_bit(beside)), {shared, static_cast<std::size_t>(count)}, axis)) return true;
-    }
-    return false;
-  }
-
-  /// Whether a point `depth` (m) behind a triangle has a shorter way out of the surface through another triangle.
-  bool is_nearer_outside(Vec3 point, float depth, float tolerance) const {
-    return std::ranges::any_of(eights_, [&](const EightTriangles& eight) {
-      const Triangles t(eight);
-      const Eight height = plane_height(t.planes, fathom::eight(point));
-      EightInts under = (height <= fathom::eight(tolerance)) & (height > fathom::eight(tolerance - depth));
-      for (int k = 0; k < 3; ++k)
-        under = under & (dot(t.inward[k], fathom::eight(point) - t.corners[k]) >= fathom::eight(0.0f));
-      return (bits(under) & eight.present()) != 0;
-    });
-  }
-
- private:
-  /// Whether `other`, which has the shared corners, rises along the axis.
-  static bool rises(const SurfaceTriangle& t, const SurfaceTriangle& other, std::span<const std::uint32_t> shared,
-                    Vec3 axis) {
-    constexpr float flat = 2e-5f;  // sine of the largest angle that rounding can cause
-    if (std::ranges::equal(other.names, t.names)) return false;
-    const auto is_shared = [&](std::uint32_t name) { return std::ranges::find(shared, name) != shared.end(); };
-    Vec3 at;
-    for (int k = 0; k < 3; ++k)
-      if (is_shared(other.names[k])) at = other.corners[k];
-    for (int k = 0; k < 3; ++k) {
-      if (is_shared(other.names[k])) continue;
-      const Vec3 way = other.corners[k] - at;
-      const float height = dot(way, axis);
-      if (height > 0 && height * height > flat * flat * length_squared(way)) return true;
-    }
-    return false;
-  }
-
-  const std::vector<EightTriangles>& eights_;
-};
 
 /// The points of a group. Up to `max_face_points` are kept until `put` chooses those of the manifolds.
 class Patch {
@@ -174,7 +120,7 @@ class Patch {
 /// Keeps the points of a doubtful touch that are not nearer to another side of the surface. A box on a plateau reaches
 /// far behind the cliff beside it, but does not penetrate the cliff. A rod whose end has run into a slope does
 /// penetrate it.
-void leave_true_points(Manifold& m, const Found& found, float tolerance) {
+void leave_true_points(Manifold& m, const FoundTriangles& found, float tolerance) {
   int left = 0;
   for (int i = 0; i < m.count; ++i) {
     const ManifoldPoint& point = m.points[i];
@@ -192,7 +138,7 @@ void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
 
 /// Adds the points of doubtful touches that belong to no other side of the surface.
 void add_doubtful(std::vector<SurfaceScratch::Touch>& touches, std::vector<SurfaceScratch::Touch>& doubtful,
-                  const Found& found, float tolerance) {
+                  const FoundTriangles& found, float tolerance) {
   if (touches.empty() && std::ranges::all_of(doubtful, &SurfaceScratch::Touch::is_deep)) {
     touches.swap(doubtful);
     if (!touches.empty()) keep_shallowest(touches);
@@ -254,11 +200,11 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
                      std::span<const SurfacePush> pushes, SurfaceScratch& scratch, SurfaceContact& contact,
                      Vec3 centre) {
-  auto& [triangles, eights, pushed, shape, touches, doubtful] = scratch;
+  auto& [triangles, eights, index, pushed, shape, touches, doubtful] = scratch;
   contact.count = 0;
   if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
   shape.turn(b, b_in_a.rotation);
-  const Found found(eights);
+  const FoundTriangles found(eights, index);
   touches.clear(), doubtful.clear(), pushed.clear();
   for (const SurfacePush& push : pushes) pushed.push_back(push.normal);
   for (const EightTriangles& eight : eights) {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "terrain/triangle_contact.hpp"
+#include "terrain/found_triangles.hpp"
 
 namespace fathom {
 
@@ -37,6 +37,7 @@ struct SurfaceScratch {
   };
   std::vector<std::uint32_t> triangles;  ///< found by the search
   std::vector<EightTriangles> eights;    ///< the same triangles, relative to the shape's centre
+  FoundIndex index;                      ///< of eights
   std::vector<Vec3> pushed;              ///< normals of pushes
   TurnedShape shape;                     ///< the convex shape
   std::vector<Touch> touches, doubtful;  ///< doubtful: see `TriangleContact::is_doubtful`

@@ -1,0 +1,127 @@
+#include "terrain/found_triangles.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <span>
+
+#include "terrain/triangle_lanes.hpp"
+
+namespace fathom {
+namespace {
+
+constexpr std::uint32_t no_corner = 0xffffffff;
+
+/// Whether `other`, which has the shared corners of `t`, rises along the axis.
+bool does_rise(const SurfaceTriangle& t, const SurfaceTriangle& other, std::span<const std::uint32_t> shared,
+               Vec3 axis) {
+  constexpr float flat = 2e-5f;  // sine of the largest angle that rounding can cause
+  if (std::ranges::equal(other.names, t.names)) return false;
+  const auto is_shared = [&](std::uint32_t name) { return std::ranges::find(shared, name) != shared.end(); };
+  Vec3 at;
+  for (int k = 0; k < 3; ++k)
+    if (is_shared(other.names[k])) at = other.corners[k];
+  for (int k = 0; k < 3; ++k) {
+    if (is_shared(other.names[k])) continue;
+    const Vec3 way = other.corners[k] - at;
+    const float height = dot(way, axis);
+    if (height > 0 && height * height > flat * flat * length_squared(way)) return true;
+  }
+  return false;
+}
+
+Aabb box_of(const EightTriangles& eight) {
+  const auto corner = [&](int k, int lane) {
+    const auto& of = eight.corners[k];
+    return Vec3{of.x[lane], of.y[lane], of.z[lane]};
+  };
+  Aabb box{corner(0, 0), corner(0, 0)};
+  for (int lane = 0; lane < eight.count; ++lane)
+    for (int k = 0; k < 3; ++k) box = merged(box, {corner(k, lane), corner(k, lane)});
+  return box;
+}
+
+}  // namespace
+
+bool FoundTriangles::rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const {
+  std::uint32_t names[3];
+  std::size_t count = 0;
+  for (unsigned k = 0; k < 3; ++k)
+    if (tips >> k & 1) names[count++] = t.names[k];
+  const std::span<const std::uint32_t> shared(names, count);
+  const auto any_rises = [&](const EightTriangles& eight, unsigned beside) {
+    for (const std::uint32_t name : shared.subspan(1)) beside &= eight.having(name);
+    for (; beside != 0; beside &= beside - 1)
+      if (does_rise(t, eight.at(lowest_bit(beside)), shared, axis)) return true;
+    return false;
+  };
+  if (eights_.size() < few)
+    return std::ranges::any_of(eights_,
+                               [&](const EightTriangles& eight) { return any_rises(eight, eight.having(shared[0])); });
+  index_corners();
+  for (std::uint32_t corner = index_.first[chain_of(shared[0])]; corner != no_corner; corner = index_.next[corner]) {
+    const EightTriangles& eight = eights_[corner / 24];
+    const std::uint32_t lane = corner / 3 % 8;
+    if (eight.names[corner % 3][lane] == shared[0] && any_rises(eight, 1u << lane)) return true;
+  }
+  return false;
+}
+
+// Corner k of the triangle in lane l of eight e has the number 24 e + 3 l + k.
+void FoundTriangles::index_corners() const {
+  if (has_corners_) return;
+  has_corners_ = true;
+  index_.first.assign(std::bit_ceil(16 * eights_.size()), no_corner);
+  index_.next.resize(24 * eights_.size());
+  for (std::size_t e = 0; e < eights_.size(); ++e)
+    for (std::size_t corner = 24 * e; corner < 24 * e + 3 * static_cast<std::size_t>(eights_[e].count); ++corner) {
+      std::uint32_t& first = index_.first[chain_of(eights_[e].names[corner % 3][corner / 3 % 8])];
+      index_.next[corner] = first;
+      first = static_cast<std::uint32_t>(corner);
+    }
+}
+
+/// Multiplicative hashing (Knuth, "The Art of Computer Programming", volume 3, 6.4).
+std::size_t FoundTriangles::chain_of(std::uint32_t name) const {
+  return (name * 2654435769u) >> (33 - std::bit_width(index_.first.size()));
+}
+
+void FoundTriangles::index_boxes() const {
+  if (has_boxes_) return;
+  has_boxes_ = true;
+  index_.boxes.clear(), index_.of_many.clear();
+  for (const EightTriangles& eight : eights_) {
+    const Aabb box = box_of(eight);
+    if (index_.boxes.size() % eights_per_box == 0) index_.of_many.push_back(box);
+    index_.boxes.push_back(box);
+    index_.of_many.back() = merged(index_.of_many.back(), box);
+  }
+}
+
+/// Whether any eight whose box meets `box` passes the test.
+template <class Test>
+bool FoundTriangles::any_eight_near(const Aabb& box, const Test& test) const {
+  if (eights_.size() < few) return std::ranges::any_of(eights_, test);
+  index_boxes();
+  for (std::size_t many = 0; many < index_.of_many.size(); ++many) {
+    if (!overlaps(index_.of_many[many], box)) continue;
+    const std::size_t end = std::min((many + 1) * eights_per_box, eights_.size());
+    for (std::size_t e = many * eights_per_box; e < end; ++e)
+      if (overlaps(index_.boxes[e], box) && test(eights_[e])) return true;
+  }
+  return false;
+}
+
+bool FoundTriangles::is_nearer_outside(Vec3 point, float depth, float tolerance) const {
+  // The point is over or under the triangle, at most so far away; a little more for rounding.
+  const Aabb near = grown({point, point}, 1.001f * max(depth, tolerance) + tolerance);
+  return any_eight_near(near, [&](const EightTriangles& eight) {
+    const Triangles t(eight);
+    const Eight height = plane_height(t.planes, fathom::eight(point));
+    EightInts under = (height <= fathom::eight(tolerance)) & (height > fathom::eight(tolerance - depth));
+    for (int k = 0; k < 3; ++k)
+      under = under & (dot(t.inward[k], fathom::eight(point) - t.corners[k]) >= fathom::eight(0.0f));
+    return (bits(under) & eight.present()) != 0;
+  });
+}
+
+}  // namespace fathom

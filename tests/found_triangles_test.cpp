@@ -1,0 +1,89 @@
+// The indices over thousands of found triangles, against looking at each of them.
+#include "terrain/found_triangles.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "random.hpp"
+#include "test_surfaces.hpp"
+
+namespace fathom::found_triangles_test {
+namespace {
+
+using test::Generator;
+using test::uniform;
+
+std::vector<EightTriangles> in_eights(std::span<const SurfaceTriangle> triangles) {
+  std::vector<EightTriangles> eights;
+  for (const SurfaceTriangle& t : triangles) {
+    if (eights.empty() || eights.back().count == 8) eights.emplace_back();
+    eights.back().add(t);
+  }
+  return eights;
+}
+
+class FoundTrianglesOfAMesh : public testing::Test {
+ protected:
+  FoundTrianglesOfAMesh() {
+    const Shape mesh = test::wavy_mesh(50);
+    std::vector<std::uint32_t> numbers;  // as a search returns them: neighbours are near, but in no simple order
+    mesh.surface->find(mesh.surface->bounds(), numbers);
+    for (const std::uint32_t number : numbers) triangles_.push_back({mesh.surface->triangle(number), {0, 0, 1}});
+    eights_ = in_eights(triangles_);
+    for (std::size_t begin = 0; begin < triangles_.size(); begin += 50)
+      parts_.push_back(in_eights(std::span(triangles_).subspan(begin, 50)));
+  }
+
+  /// Whether any of the small parts, which have no index, says so.
+  template <class Ask>
+  bool any_part(const Ask& ask) const {
+    return std::ranges::any_of(parts_, [&](const std::vector<EightTriangles>& part) {
+      FoundIndex unused;
+      return ask(FoundTriangles(part, unused));
+    });
+  }
+
+  Generator random_{3};
+  std::vector<SurfaceTriangle> triangles_;
+  std::vector<EightTriangles> eights_;
+  std::vector<std::vector<EightTriangles>> parts_;
+};
+
+TEST_F(FoundTrianglesOfAMesh, RiseWhereOneOfThemDoes) {
+  FoundIndex index;
+  const FoundTriangles found(eights_, index);
+  int rising = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const SurfaceTriangle& t = triangles_[random_() % triangles_.size()];
+    const unsigned tips = 1 + static_cast<unsigned>(random_() % 6);  // one corner or two
+    const Vec3 axis = normalize(t.normal + uniform(random_, 0, 0.5f) * test::on_sphere(random_));
+    const bool rises = found.rises(t, tips, axis);
+    EXPECT_EQ(rises, any_part([&](const FoundTriangles& part) { return part.rises(t, tips, axis); }));
+    rising += rises;
+  }
+  EXPECT_GT(rising, 300);
+  EXPECT_LT(rising, 2950);
+}
+
+TEST_F(FoundTrianglesOfAMesh, HaveShorterWaysOutWhereOneOfThemHas) {
+  FoundIndex index;
+  const FoundTriangles found(eights_, index);
+  int outside = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const float x = uniform(random_, -5.2f, 5.2f), y = uniform(random_, -5.2f, 5.2f);
+    const Vec3 point{x, y, test::wavy_bowl(x, y) - 1 + uniform(random_, -0.5f, 0.1f)};
+    const float depth = uniform(random_, 0, 0.7f), tolerance = 1e-3f;
+    const bool is_nearer = found.is_nearer_outside(point, depth, tolerance);
+    EXPECT_EQ(is_nearer,
+              any_part([&](const FoundTriangles& part) { return part.is_nearer_outside(point, depth, tolerance); }));
+    outside += is_nearer;
+  }
+  EXPECT_GT(outside, 300);
+  EXPECT_LT(outside, 2700);
+}
+
+}  // namespace
+}  // namespace fathom::found_triangles_test
