@@ -14,12 +14,15 @@ FATHOM_HD float fall_within(float dt) { return 9.81f * dt * dt; }
 #include "dynamics/bounds-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 
-/// Box of everything that a shape with bounding radius `radius` (m) may reach within `dt` (s), plus half the
-/// speculative margin.
-FATHOM_HD Aabb motion_box(const Geometry& shape, float radius, const Pose& pose, const Velocity& velocity, float dt) {
-  const Aabb box = grown(bounds(shape, pose), reach_beyond_box(velocity.angular, radius, dt));
+/// Box of everything that a shape with the bounds `tight` and the bounding radius `radius` (m) may reach within `dt`
+/// (s), plus half the speculative margin.
+FATHOM_HD Aabb motion_box(const Aabb& tight, float radius, const Velocity& velocity, float dt) {
+  const Aabb box = grown(tight, reach_beyond_box(velocity.angular, radius, dt));
   const BoxOf<Vec3> all = swept(BoxOf<Vec3>{box.lower, box.upper}, dt * velocity.linear);
   return {all.lower, all.upper};
+}
+FATHOM_HD Aabb motion_box(const Geometry& shape, float radius, const Pose& pose, const Velocity& velocity, float dt) {
+  return motion_box(bounds(shape, pose), radius, velocity, dt);
 }
 
 FATHOM_HD Aabb fat_box(float radius, const Aabb& box, Vec3 velocity, float dt) {

@@ -123,7 +123,7 @@ void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const
   take(free, flown.residual, m.residual);
 }
 
-/// The same for rotations.
+/// Rotations in lanes as arrays.
 struct LaneRotations {
   HWY_ALIGN float at[4][width];
 

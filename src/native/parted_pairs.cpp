@@ -11,6 +11,7 @@
 #include "geometry/compound_query.hpp"
 #include "native/native_simulator.hpp"
 #include "native/pieces.hpp"
+#include "native/quick_bounds.hpp"
 #include "native/tuning.hpp"
 
 namespace fathom::native {
@@ -232,7 +233,7 @@ class PartedPair {
   void touch_pieces(const Piece& b, std::uint32_t child_b) {
     const float dt = narrow_phase_.dt;
     const Mover on_b = mover_of(b, pose_b(), velocity_b(), end_b_, dt);
-    const Aabb box = bounds(b.geometry, relative(pose_a(), pose_b()) * b.pose);
+    const Aabb box = quick_bounds(b.geometry, relative(pose_a(), pose_b()) * b.pose);
     std::vector<std::uint32_t>& near = scratch_.children_a;
     near.clear();
     if (a_.geometry.is_compound())

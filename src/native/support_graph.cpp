@@ -297,21 +297,21 @@ void SupportGraph::list_members() {
   }
 }
 
-// By member, each one's by contact. Members have few.
+// By member, each one's by contact.
 void SupportGraph::sort_supports() {
   std::uint32_t end = 0;
   for (Member& m : members_) {
-    m.first_support = end;
-    end += std::exchange(m.support_count, 0);
+    const std::uint32_t count = std::exchange(m.support_count, 0);
+    m.first_support = count > 0 ? end : 0;
+    end += count;
   }
   supports_.resize(end);
   for (const Support& support : found_supports_) {
     Member& upper = members_[support.upper];
-    Support* const first = supports_.data() + upper.first_support;
-    Support* to = first + upper.support_count++;
-    for (; to > first && to[-1].contact > support.contact; --to) *to = to[-1];
-    *to = support;
+    supports_[upper.first_support + upper.support_count++] = support;
   }
+  for (const Member& m : members_)
+    std::ranges::sort(std::span(supports_).subspan(m.first_support, m.support_count), {}, &Support::contact);
 }
 
 void SupportGraph::list_supports() {
