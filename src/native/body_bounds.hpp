@@ -2,7 +2,6 @@
 #pragma once
 
 #include "dynamics/bounds.hpp"
-#include "native/quick_bounds.hpp"
 #include "world/body_table.hpp"
 
 namespace fathom::native {
@@ -20,7 +19,7 @@ struct alignas(64) BodyBounds {
 static_assert(sizeof(BodyBounds) == 64);
 
 inline Aabb motion_box(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt) {
-  return fathom::motion_box(quick_bounds(info.geometry, pose), info.radius, velocity, dt);
+  return fathom::motion_box(info.geometry, info.radius, pose, velocity, dt);
 }
 inline Aabb fat_box(const BodyInfo& info, const Aabb& box, Vec3 velocity, float dt) {
   return fathom::fat_box(info.radius, box, velocity, dt);

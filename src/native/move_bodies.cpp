@@ -16,6 +16,7 @@
 #include "geometry/support.hpp"
 #include "native/lane_functions-inl.hpp"
 #include "native/prefetch.hpp"
+#include "native/quick_bounds.hpp"
 #include "native/spin_lanes.hpp"
 
 namespace fathom::native {
@@ -236,7 +237,9 @@ void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& 
   for (std::size_t i = 0; i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.item(i);
     if (state.bounds[slot].is_box()) continue;
-    const Aabb box = motion_box(bodies[slot], state.poses[slot], state.velocities[slot], p.dt);
+    const BodyInfo& info = bodies[slot];
+    const Aabb tight = quick_bounds(info.geometry, state.poses[slot]);
+    const Aabb box = fathom::motion_box(tight, info.radius, state.velocities[slot], p.dt);
     for (int axis = 0; axis < 3; ++axis) corners[axis][i] = box.lower[axis], corners[3 + axis][i] = box.upper[axis];
   }
   lower = {hn::Load(d, corners[0]), hn::Load(d, corners[1]), hn::Load(d, corners[2])};

@@ -1,4 +1,4 @@
-// Bounds of shapes, eight vertices of a hull at a time.
+// Bounds of shapes, eight vertices of a hull at a time. For the host only.
 #pragma once
 
 #include "collision/eight.hpp"
