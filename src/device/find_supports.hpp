@@ -267,7 +267,6 @@ struct FindSupports {
 
   /// Adds mass in units of the heaviest body's, and kinetic energy in units of its maximum (see `is_calm`).
   FATHOM_HD void add_energy(std::uint32_t i, Structure& structure) const {
-    constexpr float max_energy = 0.1f;  // J/kg: a faster structure is still falling
     const Velocity common = common_motion(bodies, structure, i);
     const Vec3 linear = bodies.velocities[i].linear - common.linear;
     const Vec3 angular = bodies.velocities[i].angular - common.angular;
@@ -275,7 +274,7 @@ struct FindSupports {
     const float energy = 0.5f * (dot(linear, p.force) + dot(angular, p.torque)) / inertia_scale(bodies, *counters, i);
     const float heaviest = __builtin_bit_cast(float, structure.heaviest);
     const float mass = 1.0f / (bodies.constants[i].inverse_mass * heaviest);
-    const float share = min(energy / (max_energy * heaviest), 256.0f);
+    const float share = min(energy / (calm_energy * heaviest), 256.0f);
     exec::atomic_add(structure.mass, static_cast<std::uint64_t>(unit * min(mass, 1.0f)));
     exec::atomic_add(structure.energy, static_cast<std::uint64_t>(unit * (share >= 0 ? share : 256.0f)));
   }

@@ -23,7 +23,7 @@ struct SupportsOfBody {
     const SupportRecord& record = constraints.supports[k];
     SupportRows r = load_support(constraints, k, record.upper == upper_b);
     for (int p = 0; p < max_manifold_points; ++p) r.weight[p] = record.weight[p];
-    r.slide_weight = record.slide_weight;
+    r.slide_weight = record.slide_weight, r.max_load = record.max_load;
     return r;
   }
   FATHOM_HD ContactImpulses impulses(int j) const { return load_impulses(constraints, contacts[j]); }
@@ -131,7 +131,7 @@ struct SolveDirectly {
     if (!node.is_held()) {
       if (cursor.stage == moving) bodies().nodes[i].held = 0;
     } else if (cursor.stage == asking) {
-      ask(i, node, structure);
+      ask(i, node, structure, parity);
     } else if (cursor.stage == summing) {
       add_up(bodies().moves[i], structure, parity);
     } else {
@@ -181,7 +181,7 @@ struct SolveDirectly {
     return sum;
   }
 
-  FATHOM_HD void ask(std::uint32_t i, const SupportNode& node, Structure& structure) const {
+  FATHOM_HD void ask(std::uint32_t i, const SupportNode& node, Structure& structure, std::uint32_t parity) const {
     const SupportMass mass(bodies(), *solver.counters, i);
     const SolverQuads& at = bodies().solver[i];
     const Velocity common = common_motion(bodies(), structure, i);
@@ -208,6 +208,8 @@ struct SolveDirectly {
     const float sizes = max(max(abs(m.slope), abs(m.curvature)), max(m.energy, m.reference));
     exec::atomic_max(structure.largest, bits_of(sizes) & 0x7fffffffu);
     exec::atomic_max(structure.largest, bits_of(m.slope + m.curvature + m.energy) & 0x7fffffffu);
+    const float calm = calm_part(m.energy, m.slope, m.curvature, 1.0f / mass.inverse_mass);
+    if (calm < 1) exec::atomic_max(structure.held_back[parity], bits_of(1 - calm));
   }
 
   /// Sums terms in units of a power of two: the largest one fills 36 bits.
@@ -231,12 +233,14 @@ struct SolveDirectly {
   FATHOM_HD void move(std::uint32_t i, const SupportNode& node, Structure& structure, std::uint32_t parity) const {
     const auto sum = [](std::uint64_t terms) { return static_cast<float>(static_cast<std::int64_t>(terms)); };
     const float slope = sum(structure.slope[parity]), curvature = sum(structure.curvature[parity]);
-    const float part = best_part(slope, curvature);
+    const float calm = 1 - __builtin_bit_cast(float, structure.held_back[parity]);
+    const float part = min(best_part(slope, curvature), calm);
     const float energy = fma(part, fma(part, curvature, 2 * slope), sum(structure.excess[parity]));
     // Reset for the next solution. All bodies of a structure store the same.
     exec::atomic_store(structure.largest, 0u);
     structure.slope[1 - parity] = structure.curvature[1 - parity] = 0;
     structure.excess[1 - parity] = structure.reference[1 - parity] = 0;
+    structure.held_back[1 - parity] = 0;
     bodies().nodes[i].held = part_held(energy, sum(structure.reference[parity]), 1);
     if (!(part > 0)) return;
     const SupportMove& m = bodies().moves[i];

@@ -62,8 +62,9 @@ struct alignas(16) Structure {
   std::uint32_t rests_on_still = 0;                 ///< 1: it rests on something at rest
   std::uint32_t heaviest = 0;                       ///< kg, as bits
   std::uint32_t largest = 0;                        ///< largest term of a direct solution's sums, as bits
+  std::uint32_t held_back[2] = {};                  ///< of alternate direct solutions: most that `calm_part` takes off
   std::uint64_t mass = 0, energy = 0;               ///< see `add_energy`
-  std::uint64_t slope[2] = {}, curvature[2] = {};   ///< of alternate direct solutions
+  std::uint64_t slope[2] = {}, curvature[2] = {};   ///< sums of alternate direct solutions
   std::uint64_t excess[2] = {}, reference[2] = {};  ///< the same, of `SupportMove::energy` and `reference`
 
   FATHOM_HD bool has_moving_base() const { return first_base != 0xffffffff; }
@@ -79,7 +80,7 @@ struct alignas(16) SupportRecord {
   float weight[max_manifold_points];
   SupportChange change;
   Wrench wrench;  ///< on the upper body, about the contact's centre
-  float slide_weight;
+  float slide_weight, max_load;
   std::uint32_t upper;  ///< UpperBody
 };
 

@@ -110,6 +110,21 @@ struct SupportFactors {
     return head.bits & pushes_fixed_bit ? is_base(other, structure) : may_carry(other, i, level);
   }
 
+  FATHOM_HD float speed_of(std::uint32_t i, const Structure& structure, Vec3 arm) const {
+    const Velocity &v = bodies.velocities[i], common = common_motion(bodies, structure, i);
+    return support_speed(v.linear - common.linear, v.angular - common.angular, arm);
+  }
+  FATHOM_HD float max_load(std::uint32_t k, const Structure& structure, const SupportRows& r, bool b_is_upper) const {
+    const ConstraintHead& head = constraints.heads[k];
+    const Quad mass = rows_of(constraints, k)[mass_row * tile_width];
+    const float fall = length(counters->gravity) * h;
+    float speed = speed_of(b_is_upper ? head.b : head.a, structure, r.arm_upper);
+    if (!(head.bits & pushes_fixed_bit))
+      speed = max(speed, speed_of(b_is_upper ? head.a : head.b, structure, r.arm_lower));
+    return min(fathom::max_load(b_is_upper ? mass.z : mass.x, r.arm_upper, speed, fall, h),
+               fathom::max_load(b_is_upper ? mass.x : mass.z, r.arm_lower, speed, fall, h));
+  }
+
   /// Whether body `i` is held: by bodies known to be held themselves or, unless `is_known`, by any.
   FATHOM_HD bool support(std::uint32_t i, const Structure& structure, bool is_known) const {
     SupportNode& node = bodies.nodes[i];
@@ -134,6 +149,7 @@ struct SupportFactors {
       add_support(m, r, 0);
       for (int p = 0; p < max_manifold_points; ++p) record.weight[p] = r.weight[p];
       record.slide_weight = r.slide_weight;
+      record.max_load = max_load(k, structure, r, is_b);
       record.upper = is_b ? upper_b : upper_a;
       ++supports;
     }

@@ -99,13 +99,29 @@ struct SupportRows {
   float slide_weight;                 ///< N·s, weight of sliding along t1 and t2
   float twist_radius;                 ///< m, `patch_radius` of the contact's frame
   float friction;
-  float up;  ///< 1 where B is the upper body, else −1
+  float up;        ///< 1 where B is the upper body, else −1
+  float max_load;  ///< N·s, up to which a solution may raise the sum of the points' impulses
 
   FATHOM_HD Vec3 t2() const { return cross(n, t1); }
   /// Point i, from c (m).
   FATHOM_HD Vec3 point(int i) const { return mul_add(x[i] * t1, y[i], t2()); }
   FATHOM_HD bool holds() const { return weight[0] + weight[1] + weight[2] + weight[3] > 0; }
 };
+
+/// Speed (m/s) at which a body moves against the common motion, at the end of `arm` (m) at most.
+FATHOM_HD float support_speed(Vec3 linear, Vec3 angular, Vec3 arm) {
+  return max(length(linear), length(angular) * length(arm));
+}
+/// Load (N·s in a substep of length h, in s) up to which a solution may press on one end `arm` (m) of a body. Arms are
+/// those of the step's start. Opposite loads turn a body whose arms have changed, and with a load that alone would move
+/// the body by its arm within a substep they turn it by more than they had changed. What is at rest bears any load, as
+/// its arms do not change: `speed` is that of the faster body of the contact (`support_speed`), `fall` what a fall
+/// gains in a substep (m/s). Sweeps may add more (`push_out_velocity`), and as the load lasts, the body's inertia and
+/// so its limit grow (dynamics/overload.hpp).
+FATHOM_HD float max_load(float inverse_mass, Vec3 arm, float speed, float fall, float h) {
+  if (!(inverse_mass > 0)) return 1e30f;
+  return max(1.0f, fall / max(speed, 1e-9f)) * length(arm) / (h * inverse_mass);
+}
 
 /// Additional impulses of a contact: on the upper body along +n·up, N·s and N·m·s.
 struct SupportChange {
@@ -164,12 +180,19 @@ FATHOM_HD void leave_out(const SupportRows& r, const ContactImpulses& impulses, 
   }
 }
 
-/// Limits a change to what a contact can give: it does not pull, and friction stays in its cone.
+/// Limits a change to what a contact can give: it does not pull, its load stays below `max_load` unless it was higher
+/// before, and friction stays in its cone.
 FATHOM_HD void limit_change(const SupportRows& r, const ContactImpulses& impulses, SupportChange& change) {
-  float load = 0;
+  float before = 0, load = 0;
   for (int i = 0; i < max_manifold_points; ++i) {
     change.normal[i] = max(change.normal[i], -impulses.normal[i]);
+    before += impulses.normal[i];
     load += impulses.normal[i] + change.normal[i];
+  }
+  if (load > r.max_load && load > before) {
+    const float kept = max(r.max_load - before, 0.0f) / (load - before);
+    for (float& normal : change.normal) normal *= kept;
+    load = max(r.max_load, before);
   }
   const float limit = r.friction * load;
   const float slide_1 = impulses.slide_1 + change.slide_1, slide_2 = impulses.slide_2 + change.slide_2;
@@ -270,6 +293,19 @@ FATHOM_HD Wrench ask_supports(Supports& supports, const Triangle6& factor, const
 /// are their velocities relative to the common motion and ΔP their changes of momentum; `curvature` is Σ Δu·ΔP.
 FATHOM_HD float best_part(float slope, float curvature) {
   return curvature > 0 ? clamp(-slope / curvature, 0.0f, 1.0f) : 0.0f;
+}
+
+/// The largest part of a change, 0 to 1, that keeps a body of `mass` (kg) calm, or as calm as it was. The least energy
+/// of a whole structure is not enough: what one contact of a heavy body cannot hold is little to that body, and throws
+/// a light one. `energy` is twice the body's kinetic energy relative to the common motion (J); `slope` and `curvature`
+/// are the body's own terms of `best_part`.
+FATHOM_HD float calm_part(float energy, float slope, float curvature, float mass) {
+  const float room = max(2 * calm_energy * mass - energy, 0.0f);
+  if (!(fma(2.0f, slope, curvature) > room)) return 1;
+  // The positive root of curvature p² + 2 slope p = room, without cancellation.
+  const float root = fathom::sqrt(fma(slope, slope, curvature * room));
+  const float part = slope > 0 ? room / (slope + root) : (root - slope) / curvature;
+  return min(part, 1.0f);
 }
 
 /// How far a solution that leaves bodies of `mass` (kg) twice the kinetic energy `energy` (J) holds them, 0 to 1: not

@@ -119,7 +119,7 @@ void SupportSolver::prepare(std::uint32_t structure, const SolverKernels& kernel
     for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k)
       contact_[k].fields = {blocks.blocks + lanes_[k] / width * blocks.stride, width, lanes_[k] % width};
     load_body(i, structures_[structure].base);
-    load_supports(i, h);
+    load_supports(i, structures_[structure].fall, h);
   }
 }
 
@@ -192,7 +192,12 @@ void SupportSolver::load_body(std::uint32_t i, const Base& base) {
   }
 }
 
-void SupportSolver::load_supports(std::uint32_t i, float h) {
+float SupportSolver::speed_of(std::uint32_t i, Vec3 arm) const {
+  const SolverBody& body = state_.solver_bodies()[member(i).slot];
+  return support_speed(body.linear - body_[i].target_linear, body.angular - body_[i].target_angular, arm);
+}
+
+void SupportSolver::load_supports(std::uint32_t i, float fall, float h) {
   const SupportGraph::Member& m = member(i);
   Body& b = body_[i];
   if (!(b.mass > 0)) return;
@@ -203,7 +208,12 @@ void SupportSolver::load_supports(std::uint32_t i, float h) {
     const std::uint32_t lower = support_graph_.supports()[k].lower;
     contact_[k].acts = (lower == none || body_[lower].is_held) && load_rows(k, body_weight);
     if (!contact_[k].acts) continue;
-    add_support(rows, contact_[k].rows, 0);
+    SupportRows& r = contact_[k].rows;
+    const float own_speed = speed_of(i, r.arm_upper);
+    const float speed = lower == none ? own_speed : max(own_speed, speed_of(lower, r.arm_lower));
+    r.max_load = max_load(inverse_mass(i), r.arm_upper, speed, fall, h);
+    if (lower != none) r.max_load = min(r.max_load, max_load(inverse_mass(lower), r.arm_lower, speed, fall, h));
+    add_support(rows, r, 0);
     any = true;
   }
   b.is_held = any && factorise(rows, b.factor);
@@ -270,7 +280,7 @@ void SupportSolver::solve(std::uint32_t structure) {
   StructureState& state = structures_[structure];
   if (!state.is_held) return;
   SolverBody* const bodies = state_.solver_bodies();
-  float slope = 0, curvature = 0, energy = 0, mass = 0;
+  float slope = 0, curvature = 0, energy = 0, mass = 0, calm = 1;
   for (std::uint32_t i = s.end; i-- > s.first;) {
     Body& b = body_[i];
     if (!b.is_held) continue;
@@ -281,8 +291,7 @@ void SupportSolver::solve(std::uint32_t structure) {
     for (const std::uint32_t k : support_graph_.loads(m))
       if (contact_[k].acts) passed_on += about_centre(contact_[k].given, contact_[k].rows.arm_lower);
     const Wrench excess{b.mass * linear, b.inertia * angular};
-    energy += dot(linear, excess.force) + dot(angular, excess.torque);
-    mass += b.mass;
+    const float own_energy = dot(linear, excess.force) + dot(angular, excess.torque);
     Wrench demand = passed_on;
     demand += -excess;
     SupportsOf supports(*this, m);
@@ -292,11 +301,13 @@ void SupportSolver::solve(std::uint32_t structure) {
       supports.contact(k).given = wrench_of(supports.rows(k), supports.change(k));
     b.linear_change = body.inverse_mass * b.gained.force;
     b.angular_change = b.inverse_inertia * b.gained.torque;
-    slope += dot(linear, b.gained.force) + dot(angular, b.gained.torque);
-    curvature += dot(b.linear_change, b.gained.force) + dot(b.angular_change, b.gained.torque);
+    const float own_slope = dot(linear, b.gained.force) + dot(angular, b.gained.torque);
+    const float own_curvature = dot(b.linear_change, b.gained.force) + dot(b.angular_change, b.gained.torque);
+    calm = min(calm, calm_part(own_energy, own_slope, own_curvature, b.mass));
+    energy += own_energy, slope += own_slope, curvature += own_curvature, mass += b.mass;
   }
   if (!is_finite(energy) || !is_finite(slope) || !is_finite(curvature)) return;  // some body will be isolated
-  state.part = best_part(slope, curvature);
+  state.part = min(best_part(slope, curvature), calm);
   state.held = part_held(fma(state.part, fma(state.part, curvature, 2 * slope), energy), mass, state.fall);
   if (!(state.part > 0)) return;
   for (std::uint32_t i = s.first; i < s.end; ++i) {

@@ -89,6 +89,7 @@ class SupportSolver {
   class SupportsOf;
 
   const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
+  float inverse_mass(std::uint32_t i) const { return state_.solver_bodies()[member(i).slot].inverse_mass; }
   void choose_held(std::uint64_t step);
   bool was_in_vain(const SupportGraph::Structure& s) const;
   void find_lanes(const ConstraintLayout& layout);
@@ -97,7 +98,8 @@ class SupportSolver {
   bool goes_along(std::uint32_t contact, Base& base) const;
   bool is_calm(const SupportGraph::Structure& s, const Base& base) const;
   void load_body(std::uint32_t i, const Base& base);
-  void load_supports(std::uint32_t i, float h);
+  float speed_of(std::uint32_t i, Vec3 arm) const;
+  void load_supports(std::uint32_t i, float fall, float h);
   bool load_rows(std::uint32_t support, float body_weight);
   static ContactImpulses impulses(const LaneFields& fields, int count);
 

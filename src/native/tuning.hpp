@@ -60,8 +60,6 @@ inline constexpr std::uint64_t levels_last = 16;  ///< steps for which levels ar
 inline constexpr std::uint64_t steps_between_searches = 8;
 /// Bodies farther from the ground than this are left to the sweeps (docs/log/2026-11-22-supports.md).
 inline constexpr std::uint16_t max_levels = 1024;
-/// J/kg. Above it a structure is collapsing, and is left to the sweeps.
-inline constexpr float calm_energy = 0.1f;
 /// Steps until structures are searched for again after all were collapsing.
 inline constexpr std::uint64_t steps_to_resume = 8;
 /// Steps until a structure that could not be held is tried again: an arch stands by its thrust, which sweeps find.

@@ -34,6 +34,8 @@ void mass_ratios(const Setup& setup, Record& record);
 void wall_pyramid(const Setup& setup, Record& record);
 void sizes(const Setup& setup, Record& record);
 void time_steps(const Setup& setup, Record& record);
+// pressed_layers.cpp
+void pressed_layers(const Setup& setup, Record& record);
 // constructions.cpp
 void card_house(const Setup& setup, Record& record);
 void arch(const Setup& setup, Record& record);

@@ -5,84 +5,40 @@
 #include <utility>
 #include <vector>
 
-#include "scene/random.hpp"
 #include "validate/bodies.hpp"
+#include "validate/chance.hpp"
 #include "validate/exact_overlap.hpp"
 
 namespace fathom::validate {
 namespace {
 
-class Chance {
- public:
-  explicit Chance(std::uint64_t seed) : random_(seed) {}
-
-  double between(double a, double b) { return a + (b - a) * 0.5 * (1 + random_.symmetric(1)); }
-  double log_between(double a, double b) { return std::exp(between(std::log(a), std::log(b))); }
-  int below(int n) { return std::min(static_cast<int>(between(0, n)), n - 1); }
-  float log_float(double a, double b) { return narrow(log_between(a, b)); }
-  Vec3 vector(double size) { return {symmetric(size), symmetric(size), symmetric(size)}; }
-  Vec3 direction() {
-    for (;;) {
-      const Vec3 v = vector(1);
-      if (const float square = length_squared(v); square > 0.01f && square < 1) return normalize(v);
-    }
+/// A crate of 1 m, a plate of 2 cm or of 1 mm, a ball, a capsule or a hull.
+Shape free_target(Chance& chance) {
+  switch (chance.below(6)) {
+    case 0:
+      return box({0.5f, 0.5f, 0.5f});
+    case 1:
+      return box({0.01f, 0.5f, 0.5f});
+    case 2:
+      return box({0.0005f, 0.5f, 0.5f});
+    case 3:
+      return sphere(0.3f);
+    case 4:
+      return capsule(0.1f, 0.4f);
+    default:
+      break;
   }
-  Quat rotation() { return normalize(Quat{symmetric(1), symmetric(1), symmetric(1), symmetric(1)}); }
+  std::vector<Vec3> corners;
+  for (int i = 24; i > 0; --i) corners.push_back(0.4f * chance.direction());
+  return hull(corners);
+}
 
-  /// The longest half side is `size` (m), the others are down to `thinnest` of it.
-  Shape shape(double size, double thinnest) {
-    const auto side = [&] { return narrow(size * log_between(thinnest, 1)); };
-    const float longest = narrow(size), x = side(), y = side();
-    switch (below(4)) {
-      case 0:
-        return sphere(longest);
-      case 1:
-        return capsule(x, longest);
-      case 2:
-        return box({x, y, longest});
-      default:
-        break;
-    }
-    std::vector<Vec3> corners;
-    for (int i = 8 + below(16); i > 0; --i) {
-      const Vec3 d = direction();
-      corners.push_back({x * d.x, y * d.y, longest * d.z});
-    }
-    return hull(corners);
-  }
-
-  /// A crate of 1 m, a plate of 2 cm or of 1 mm, a ball, a capsule or a hull.
-  Shape free_target() {
-    switch (below(6)) {
-      case 0:
-        return box({0.5f, 0.5f, 0.5f});
-      case 1:
-        return box({0.01f, 0.5f, 0.5f});
-      case 2:
-        return box({0.0005f, 0.5f, 0.5f});
-      case 3:
-        return sphere(0.3f);
-      case 4:
-        return capsule(0.1f, 0.4f);
-      default:
-        break;
-    }
-    std::vector<Vec3> corners;
-    for (int i = 24; i > 0; --i) corners.push_back(0.4f * direction());
-    return hull(corners);
-  }
-
-  /// A point in the inner part of the body's bounding box, from its centre in world axes (m).
-  Vec3 point_of(const BodyDef& body) {
-    const Vec3 half = body.shape.type == ShapeType::box ? body.shape.half_extents : Vec3{0.1f, 0.1f, 0.1f};
-    const Vec3 at{0.8f * half.x * symmetric(1), 0.8f * half.y * symmetric(1), 0.8f * half.z * symmetric(1)};
-    return rotate(body.pose.rotation, at);
-  }
-
- private:
-  float symmetric(double size) { return narrow(random_.symmetric(size)); }
-  Random random_;
-};
+/// A point in the inner part of the body's bounding box, from its centre in world axes (m).
+Vec3 point_of(Chance& chance, const BodyDef& body) {
+  const Vec3 half = body.shape.type == ShapeType::box ? body.shape.half_extents : Vec3{0.1f, 0.1f, 0.1f};
+  const Vec3 at = chance.vector(0.8);
+  return rotate(body.pose.rotation, {half.x * at.x, half.y * at.y, half.z * at.z});
+}
 
 /// Extent of the body along the unit vector from its origin (m).
 double reach(const BodyDef& body, Vec3 along) {
@@ -201,7 +157,7 @@ Shot shot_at_free(std::uint64_t seed) {
   Chance chance(seed);
   Shot shot = shot_without_aim(chance);
   shot.target.motion = MotionType::dynamic;
-  shot.target.shape = chance.free_target();
+  shot.target.shape = free_target(chance);
   shot.target.mass = chance.log_float(0.1, 10);
   shot.bullet.bullet = true;
   shot.bullet.mass = *shot.target.mass * chance.log_float(0.01, 100);
@@ -212,7 +168,7 @@ Shot shot_at_free(std::uint64_t seed) {
   shot.path = wide(speed * shot.dt);
   shot.thinner = std::min(half_thickness(shot.target), half_thickness(shot.bullet));
   shot.bullet.velocity.linear = speed * along;
-  set_start(shot, chance.point_of(shot.target), chance);
+  set_start(shot, point_of(chance, shot.target), chance);
   // Aimed in the frame of the target, and moves along with it.
   shot.bullet.velocity.linear += shot.target.velocity.linear;
   return shot;

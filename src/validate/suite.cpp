@@ -46,6 +46,8 @@ constexpr auto table = std::to_array<Case>({
      wall_pyramid},
     {"stability", "sizes", "Bodies from 1 cm to 100 m stand.", sizes},
     {"stability", "time-steps", "Ten cubes stand at time steps from 1/30 to 1/1000 s.", time_steps},
+    {"stability", "pressed-layers",
+     "Slabs and balls fall on layers of bodies up to 100,000 times lighter: none is thrown.", pressed_layers},
     {"stability", "card-house", "A house of cards of three storeys stands.", card_house},
     {"stability", "arch", "An arch of fifteen stones stands without mortar.", arch},
     {"stability", "dominoes", "A row of dominoes falls to its end at an even pace.", dominoes},
