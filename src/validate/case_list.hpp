@@ -36,6 +36,8 @@ void sizes(const Setup& setup, Record& record);
 void time_steps(const Setup& setup, Record& record);
 // pressed_layers.cpp
 void pressed_layers(const Setup& setup, Record& record);
+// random_stacks.cpp
+void random_stacks(const Setup& setup, Record& record);
 // constructions.cpp
 void card_house(const Setup& setup, Record& record);
 void arch(const Setup& setup, Record& record);

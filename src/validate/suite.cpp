@@ -46,6 +46,8 @@ constexpr auto table = std::to_array<Case>({
      wall_pyramid},
     {"stability", "sizes", "Bodies from 1 cm to 100 m stand.", sizes},
     {"stability", "time-steps", "Ten cubes stand at time steps from 1/30 to 1/1000 s.", time_steps},
+    {"stability", "random-stacks",
+     "Stacks of 3 to 20 boxes and cylinders with masses up to 1,000:1 in any order stand.", random_stacks},
     {"stability", "pressed-layers",
      "Slabs and balls fall on layers of bodies up to 100,000 times lighter: none is thrown.", pressed_layers},
     {"stability", "card-house", "A house of cards of three storeys stands.", card_house},
