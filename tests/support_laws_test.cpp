@@ -39,7 +39,8 @@ TEST(CalmPart, NoBodyEndsFasterThanCalmOrThanItWas) {
         << speed << ' ' << change << ' ' << cosine;
     if (part == 1) continue;
     ++limited;
-    EXPECT_GT(energy_after(1.01 * part + 1e-6, energy, slope, curvature), most * (1 - 1e-3)) << "as far as it may";
+    EXPECT_GT(energy_after(1.01 * static_cast<double>(part) + 1e-6, energy, slope, curvature), most * (1 - 1e-3))
+        << "as far as it may";
   }
   EXPECT_GT(limited, 5000);
 }
