@@ -13,6 +13,7 @@
 #include "dynamics/forces.hpp"
 #include "dynamics/overlap.hpp"
 #include "dynamics/solver_body.hpp"
+#include "exec/bits.hpp"
 #include "geometry/geometry.hpp"
 #include "world/filter.hpp"
 
@@ -142,6 +143,12 @@ struct alignas(64) SolverQuads {
   }
 };
 
+/// Sums of the velocity that the constraints of the overflow give a body in a sweep, in units of 2⁻³⁰ m/s and rad/s,
+/// two's complement: sums of integers do not depend on the order of their terms.
+struct SplitSums {
+  std::uint64_t linear[3], angular[3];
+};
+
 /// Hulls of all shapes, in device memory.
 struct HullRecord {
   std::uint32_t vertices = 0, edges = 0, planes = 0, face_edges = 0;  ///< offset in each array
@@ -250,6 +257,7 @@ struct Bodies {
   Of<BodyMotion, body_solver> motion;
   Of<WarmStart, body_solver> warm;
   Of<WorldInertia, body_solver> inertia;
+  Of<SplitSums, body_solver> split;  ///< zero between sweeps; read only if there is an overflow
 
   template <BodyPart... fewer>
   FATHOM_HD operator Bodies<fewer...>() const {
@@ -274,6 +282,10 @@ struct Bodies {
     return g;
   }
   FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }
+  /// Number of contacts and joints of body i that have no colour.
+  FATHOM_HD std::uint32_t uncoloured(std::uint32_t i) const {
+    return touching[i] - exec::bit_count(colours[i]) - exec::bit_count(further[i]);
+  }
 };
 
 /// All may be written.

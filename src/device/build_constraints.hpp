@@ -6,8 +6,8 @@
 // with the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring Heuristic",
 // 1993). Priorities are a hash of the pair, so the outcome depends only on the contacts. A body's colours are the bits
 // of one word, and of a second one that is used only when the first is full. A contact that finds no free colour, or
-// cannot choose within the rounds, is in this step's overflow, which one work-item solves in order of priority, and
-// tries again in the next step: no contact is ever left out.
+// cannot choose within the rounds, is in this step's overflow, whose constraints share out the masses of their bodies
+// (solve.hpp), and tries again in the next step: no contact is ever left out.
 //
 // Joints come with a colour (device/joint_arrays.hpp), which is also set in their bodies' words. In the layout a
 // colour's joints follow its contacts.
@@ -362,7 +362,6 @@ struct ScheduleColours {
     c.overflow = c.per_colour[overflow_colour];
     c.per_colour[overflow_colour] = 0;
     c.first_dynamic = c.overflow ? 1 : 0;
-    if (c.overflow) c.schedule[0] = {0, 1};
     return true;
   }
 
@@ -372,6 +371,7 @@ struct ScheduleColours {
     c.further_sweeps = local.colours[further - 1];
     c.dynamic_sweeps = local.colours[further + dynamic_colours - 1];
     c.first_overflow = c.cursor[overflow_colour] = begin;
+    if (c.overflow) c.schedule[0] = {begin, c.overflow};
     c.constraints = begin + c.overflow;
     c.constraint_groups = (c.constraints + constraint_group_size - 1) / constraint_group_size;
     // A colouring that is no better than the last is retried a few times, then kept until contacts change.
@@ -427,6 +427,7 @@ struct LoadBodies {
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     bodies.best[i] = 0;
+    if (counters->overflow > 0) bodies.split[i] = {};
     const BodyConstants c = bodies.constants[i];
     if (!c.is_living()) return;
     // Each of a body's contacts has its own colour, except those in the overflow (with cells: all awake ones), so

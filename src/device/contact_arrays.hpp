@@ -338,7 +338,6 @@ struct Constraints {
   Of<Quad, constraint_rows> rows;
   Of<BounceRow, constraint_rows> bounces;
   Of<ContactExtras, constraint_rows> extras;
-  Of<std::uint32_t, constraint_heads> overflow_order;
   Of<SupportRecord, constraint_supports> supports;
   Of<std::uint32_t, constraint_supports> contacts_of;  ///< constraints of each body, in order of colour
   std::uint32_t capacity;

@@ -44,12 +44,14 @@ BodyMemory::BodyMemory(exec::Memory& m)
       solver_(m),
       motion_(m),
       warm_(m),
-      inertia_(m) {}
+      inertia_(m),
+      split_(m) {}
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
   act(parent_), act(island_slow_), act(recoloured_), act(further_recoloured_), act(nodes_), act(moves_);
   act(structures_), act(by_level_), act(motion_), act(warm_), act(inertia_), act(before_);
+  act(split_);
 }
 
 void BodyMemory::reserve(std::size_t bodies) {
@@ -108,7 +110,8 @@ BodyArrays BodyMemory::arrays() {
           .solver = solver_.data(),
           .motion = motion_.data(),
           .warm = warm_.data(),
-          .inertia = inertia_.data()};
+          .inertia = inertia_.data(),
+          .split = split_.data()};
 }
 
 ContactMemory::ContactMemory(exec::Memory& m)
@@ -130,7 +133,6 @@ ContactMemory::ContactMemory(exec::Memory& m)
       heads_(m),
       contact_(m),
       manifold_(m),
-      overflow_order_(m),
       contacts_of_(m),
       supports_(m),
       rows_(m),
@@ -160,7 +162,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   const std::size_t n_constraints = m + j;
   // The layout of constraints outlives a step while no colour changes.
   bodies_.grow(n_constraints, exec::Contents::keep);
-  for (auto* buffer : {&contact_, &manifold_, &overflow_order_}) buffer->grow(n_constraints, exec::Contents::keep);
+  for (auto* buffer : {&contact_, &manifold_}) buffer->grow(n_constraints, exec::Contents::keep);
   contacts_of_.grow(2 * n_constraints);
   supports_.grow(n_constraints);
   heads_.grow(n_constraints);
@@ -217,7 +219,6 @@ ConstraintArrays ContactMemory::constraints() {
           .rows = rows_.data(),
           .bounces = bounces_.data(),
           .extras = extras_.data(),
-          .overflow_order = overflow_order_.data(),
           .supports = supports_.data(),
           .contacts_of = contacts_of_.data(),
           .capacity = static_cast<std::uint32_t>(constraint_capacity())};

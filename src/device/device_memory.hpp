@@ -85,6 +85,7 @@ class BodyMemory {
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;
   exec::Buffer<WorldInertia> inertia_;
+  exec::Buffer<SplitSums> split_;
   std::size_t capacity_ = 0;
 };
 
@@ -125,7 +126,7 @@ class ContactMemory {
   exec::Buffer<HitRecord> hits_;
   exec::Buffer<PairRecord> bodies_;
   exec::Buffer<ConstraintHead> heads_;
-  exec::Buffer<std::uint32_t> contact_, manifold_, overflow_order_, contacts_of_;
+  exec::Buffer<std::uint32_t> contact_, manifold_, contacts_of_;
   exec::Buffer<SupportRecord> supports_;
   exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;

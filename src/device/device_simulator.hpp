@@ -269,10 +269,6 @@ class DeviceSimulator final : public Simulator {
   // Snapshots.
   template <class T>
   void upload(T* to, const std::vector<T>& from);
-  /// Number of constraints solved one by one in order; none with cells, where constraints have no colours anyway.
-  std::uint32_t ordered_overflow(const Counters& counters) const {
-    return def.partition == Partition::cells ? 0 : counters.overflow;
-  }
   bool is_on_device() const;
   template <class T, class Check>
   void read_into(ByteReader& in, T* to, std::size_t room, std::size_t count, const Check& check);

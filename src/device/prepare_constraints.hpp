@@ -12,7 +12,7 @@
 
 namespace fathom::device {
 
-/// Sets the rows of every constraint from its manifold and bodies, and the order of the overflow.
+/// Sets the rows of every constraint from its manifold and bodies.
 struct PrepareConstraints {
   static constexpr std::uint32_t group_size = constraint_group_size;
   struct Local {
@@ -25,7 +25,7 @@ struct PrepareConstraints {
   Mechanisms<> mechanisms;
   Constraints<constraint_heads, constraint_rows> constraints;
   Counters* counters;
-  bool orders_overflow;
+  bool splits_overflow;
   float hit_threshold;  ///< m/s
 
   FATHOM_HD void operator()(auto group, Local& local) const {
@@ -34,7 +34,6 @@ struct PrepareConstraints {
       const std::uint32_t k = group.index() * group_size + item;
       if (k >= counters->constraints) return;
       prepare(k);
-      if (orders_overflow && k >= counters->first_overflow) order(k);
       const std::uint32_t bits = constraints.heads[k].bits;
       if (!is_joint(bits)) exec::atomic_add(local.points, bits & point_bits);
     });
@@ -50,43 +49,35 @@ struct PrepareConstraints {
     if (bits != c.bits) c.bits = bits;
   }
 
-  /// By priority; within a pair its contact comes first, then joints by slot. Each constraint of the overflow counts
-  /// those before it: they are few.
-  FATHOM_HD void order(std::uint32_t k) const {
-    const std::uint32_t first = counters->first_overflow;
-    const auto key = [&](std::uint32_t i) {
-      const PairRecord pair = constraints.bodies[i];
-      return priority(pair.a, pair.b);
-    };
-    const std::uint64_t mine = key(k);
-    const std::uint32_t my_number = constraints.contact[k];
-    std::uint32_t rank = 0;
-    for (std::uint32_t i = first; i < counters->constraints; ++i) {
-      const std::uint64_t other = key(i);
-      rank += other < mine || (other == mine && constraints.contact[i] < my_number);
-    }
-    constraints.overflow_order[rank] = k;
+  /// `splits`: a part of the body (`mass_parts`).
+  FATHOM_HD SolverBody solver_body(std::uint32_t i, bool splits) const {
+    SolverBody body = bodies.solver[i].body();
+    if (!splits || body.inverse_mass == 0) return body;
+    const float parts = mass_parts(bodies, i);
+    body.inverse_mass *= parts, body.inverse_inertia *= parts;
+    return body;
   }
 
   FATHOM_HD void prepare(std::uint32_t k) const {
     const PairRecord pair = constraints.bodies[k];
-    const SolverBody a = bodies.solver[pair.a].body(), b = bodies.solver[pair.b].body();
+    const bool splits = splits_overflow && k >= counters->first_overflow;
+    const SolverBody a = solver_body(pair.a, splits), b = solver_body(pair.b, splits);
     const std::uint32_t number = constraints.contact[k];
     if (number & joint_tag)
       return prepare_joint(k, joints.records[number & ~joint_tag], a, b,
                            is_anisotropic(a) || is_anisotropic(b) ? 1u * anisotropic_bit : 0u);
     if (is_anisotropic(a) || is_anisotropic(b))
-      prepare<SymMat3>(k, pair, a, b, anisotropic_bit);
+      prepare<SymMat3>(k, pair, a, b, splits, anisotropic_bit);
     else
-      prepare<float>(k, pair, a, b, 0);
+      prepare<float>(k, pair, a, b, splits, 0);
   }
 
   template <class Inertia>
   FATHOM_HD void prepare(std::uint32_t k, PairRecord pair, const SolverBody& solver_a, const SolverBody& solver_b,
-                         std::uint32_t bits) const {
+                         bool splits, std::uint32_t bits) const {
     const ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
-    const ContactBodies<Inertia> both{contact_body<Inertia>(bodies, pair.a, solver_a),
-                                      contact_body<Inertia>(bodies, pair.b, solver_b)};
+    const ContactBodies<Inertia> both{contact_body<Inertia>(bodies, pair.a, solver_a, splits),
+                                      contact_body<Inertia>(bodies, pair.b, solver_b, splits)};
     ContactRows made;
     Contact& contact = contacts.contacts[constraints.contact[k]];
     const float offset = contact.offset;

@@ -44,8 +44,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   // The layout of constraints, which is kept while no colour changes.
   const ConstraintArrays layout = s.contact_memory_.constraints();
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
-        s.download(layout.manifold, counters.constraints),
-        s.download(layout.overflow_order, ordered_overflow(counters)));
+        s.download(layout.manifold, counters.constraints));
   const JointArrays joint_arrays = s.joint_memory_.arrays();
   write(s.download(joint_arrays.records, counters.joints),
         s.download(joint_arrays.generic_impulses, joint_arrays.generic_impulses ? counters.joints : 0));
@@ -181,7 +180,6 @@ void DeviceSimulator<D>::restore_layout(ByteReader& in, const Counters& counters
   });
   // A joint's entry is 0, even without manifolds.
   read_into(in, layout.manifold, room, counters.constraints, are_below(in, std::max(counters.manifolds, 1u)));
-  read_into(in, layout.overflow_order, room, ordered_overflow(counters), are_below(in, counters.constraints));
 }
 
 template <exec::Device D>

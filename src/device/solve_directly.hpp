@@ -95,7 +95,7 @@ struct SolveDirectly {
   }
   FATHOM_HD Cursor next(const Plan& plan, Cursor cursor) const {
     const typename Solver::Cursor& at = cursor.in_solve;
-    const bool ends_sweep = cursor.stage == sweeps && Solver::is_sweep(at) && at.colour + 1 == plan.sweeps;
+    const bool ends_sweep = cursor.stage == sweeps && Solver::is_sweep(at) && Solver::ends_sweep(at);
     if (plan.mechanisms && ends_sweep && at.what != Solver::bounce) return {at, linked, 0, false};
     if (plan.support_levels && at.what == Solver::relax && (ends_sweep || cursor.stage == linked))
       return {at, asking, plan.support_levels, false};
@@ -109,8 +109,8 @@ struct SolveDirectly {
     if (cursor.stage == linked) return plan.mechanisms * team::items;
     return cursor.stage == asking ? plan.level[cursor.level].count : plan.supported;
   }
-  FATHOM_HD bool is_serial(const Plan& plan, Cursor cursor) const {
-    return cursor.stage == sweeps && solver.is_serial(plan, cursor.in_solve);
+  FATHOM_HD bool may_exceed_launch(const Plan& plan, Cursor cursor) const {
+    return cursor.stage == sweeps && solver.may_exceed_launch(plan, cursor.in_solve);
   }
   FATHOM_HD exec::Wait wait_before(const Plan& plan, Cursor cursor) const {
     if (cursor.stage == asking && cursor.level < plan.support_levels && plan.in_one_warp) return exec::Wait::for_warp;

@@ -200,10 +200,11 @@ class Step {
   void solve_with() {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? max_bounce_sweeps : 0);
-    const std::uint32_t max_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
+    const std::uint32_t max_phases = (schedule_size + 1) * (1 + p.substeps * sweeps) + 3 * p.substeps;
     const SolveConstraints<kinds> solver{bodies_,         constraints_,    counters_,        body_capacity_,
                                          settings_.solve, joints_.generic, joints_.reactions};
-    // Each body occurs at most once in a colour, so a colour has no more constraints than there are bodies.
+    // Each body occurs at most once in a colour, so a colour has no more constraints than there are bodies. The
+    // overflow may have more.
     if (!settings_.published.cells)
       device_.parallel_phases(max_phases, body_capacity_, solver);
     else if constexpr (kinds == JointKinds::absent)

@@ -54,13 +54,13 @@ enum class Wait : std::uint32_t {
 /// Phases with a plan and prefetching. A work-group keeps one `Plan` in local memory, whose parts its items fill by
 /// `plan_part(plan, k)`, k < plan_parts, before the first phase; `cursor_at(plan, phase)` describes a phase, and
 /// `next(plan, cursor)` the one after it. An item may load data that no other item writes before its phase begins:
-/// `fetch` does this before the items wait for each other, so the loads overlap the wait. Where `is_serial(plan,
-/// cursor)`, one work-item runs all items in order.
+/// `fetch` does this before the items wait for each other, so the loads overlap the wait.
 ///
 /// Optional: `void report_overrun()`, called if there are more phases or items than were launched for; the excess is
-/// not run. Optional: `bool needs_barriers(plan)`, false if items wait for their inputs themselves, which they may
-/// where `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers cost little, which makes it
-/// true. Or `Wait wait_before(plan, cursor)`, which chooses for each phase but the first.
+/// not run. Optional: `bool may_exceed_launch(plan, cursor)`, true for phases that may have more items than that, which
+/// work-items then run in turns. Optional: `bool needs_barriers(plan)`, false if items wait for their inputs
+/// themselves, which they may where `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers
+/// cost little, which makes it true. Or `Wait wait_before(plan, cursor)`, which chooses for each phase but the first.
 template <class K>
 concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Plan> &&
     std::is_trivially_copyable_v<typename K::Fetched> &&
@@ -72,7 +72,6 @@ concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_con
   { kernel.cursor_at(planned, phase) } -> std::same_as<typename K::Cursor>;
   { kernel.next(planned, cursor) } -> std::same_as<typename K::Cursor>;
   { kernel.items(planned, cursor) } -> std::same_as<std::uint32_t>;
-  { kernel.is_serial(planned, cursor) } -> std::same_as<bool>;
   kernel.fetch(planned, cursor, item, fetched);
   kernel(planned, cursor, item, fetched);
 };
@@ -95,7 +94,6 @@ struct WithoutPlan {
   FATHOM_HD Cursor cursor_at(const Plan&, std::uint32_t phase) const { return phase; }
   FATHOM_HD std::uint32_t items(const Plan&, Cursor phase) const { return kernel.items(phase); }
   FATHOM_HD Cursor next(const Plan&, Cursor phase) const { return phase + 1; }
-  FATHOM_HD bool is_serial(const Plan&, Cursor) const { return false; }
   FATHOM_HD void fetch(const Plan&, Cursor, std::uint32_t, Fetched&) const {}
   FATHOM_HD void operator()(const Plan&, Cursor phase, std::uint32_t item, const Fetched&) const {
     kernel(phase, item);

@@ -28,7 +28,8 @@ FATHOM_HD ItemShare share_of(const Kernel& kernel, const typename Kernel::Plan& 
                              const typename Kernel::Cursor& cursor, std::uint32_t first, std::uint32_t stride,
                              std::uint32_t max_phase_items) {
   const std::uint32_t n = kernel.items(plan, cursor);
-  if (kernel.is_serial(plan, cursor)) return {first == 0 ? 0 : n, 1, n};
+  if constexpr (requires { kernel.may_exceed_launch(plan, cursor); })
+    if (kernel.may_exceed_launch(plan, cursor)) return {first, stride, n};
   return {first, stride, within(kernel, n, max_phase_items)};
 }
 

@@ -74,10 +74,6 @@ class HostDevice : public ClosureQueue {
         if (phase > 0) cursor = kernel.next(plan, cursor);
         const ItemShare all = share_of(kernel, plan, cursor, 0, 1, max_phase_items);
         if (ends_at_empty_phase<Kernel>() && all.end == 0) return;
-        if (kernel.is_serial(plan, cursor)) {
-          run_share(kernel, plan, cursor, all);
-          continue;
-        }
         for_each_chunk(all.end, 64, [&](std::size_t begin, std::size_t end) {
           run_share(kernel, plan, cursor, {static_cast<std::uint32_t>(begin), 1, static_cast<std::uint32_t>(end)});
         });
