@@ -13,7 +13,6 @@
 #include "dynamics/forces.hpp"
 #include "dynamics/overlap.hpp"
 #include "dynamics/solver_body.hpp"
-#include "exec/bits.hpp"
 #include "geometry/geometry.hpp"
 #include "world/filter.hpp"
 
@@ -143,10 +142,11 @@ struct alignas(64) SolverQuads {
   }
 };
 
-/// Sums of the velocity that the constraints of the overflow give a body in a sweep, in units of 2⁻³⁰ m/s and rad/s,
-/// two's complement: sums of integers do not depend on the order of their terms.
-struct SplitSums {
+/// A body in a sweep over the overflow (solve.hpp): its sums of velocity, in units of 2⁻³⁰ m/s and rad/s, two's
+/// complement, because sums of integers do not depend on the order of their terms.
+struct SplitBody {
   std::uint64_t linear[3], angular[3];
+  std::uint32_t parts;  ///< number of constraints that act on it
 };
 
 /// Hulls of all shapes, in device memory.
@@ -257,7 +257,7 @@ struct Bodies {
   Of<BodyMotion, body_solver> motion;
   Of<WarmStart, body_solver> warm;
   Of<WorldInertia, body_solver> inertia;
-  Of<SplitSums, body_solver> split;  ///< zero between sweeps; read only if there is an overflow
+  Of<SplitBody, body_solver> split;  ///< zero between sweeps; read only if there is an overflow
 
   template <BodyPart... fewer>
   FATHOM_HD operator Bodies<fewer...>() const {
@@ -282,10 +282,6 @@ struct Bodies {
     return g;
   }
   FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }
-  /// Number of contacts and joints of body i that have no colour.
-  FATHOM_HD std::uint32_t uncoloured(std::uint32_t i) const {
-    return touching[i] - exec::bit_count(colours[i]) - exec::bit_count(further[i]);
-  }
 };
 
 /// All may be written.

@@ -216,27 +216,16 @@ FATHOM_HD CouplingRow<float> coupling_of(const Quad* q, const GenericJoint& join
   return r;
 }
 
-/// Number of parts into which the overflow splits the mass of body i.
-template <BodyPart... written>
-FATHOM_HD float mass_parts(const Bodies<written...>& bodies, std::uint32_t i) {
-  return static_cast<float>(bodies.uncoloured(i));
-}
-
-/// `splits`: of a part of the body (`mass_parts`), of which inverse mass and inertia already are.
 template <class Inertia, BodyPart... written>
 FATHOM_HD Inertia world_inertia(const Bodies<written...>& bodies, std::uint32_t i, float inverse_mass,
-                                float inverse_inertia, bool splits = false) {
-  const Inertia inertia = fathom::world_inertia<Inertia>(bodies.inertia, i, inverse_mass, inverse_inertia);
-  if constexpr (!std::is_same_v<Inertia, float>)
-    if (splits && is_anisotropic(inverse_mass, inverse_inertia)) return mass_parts(bodies, i) * inertia;
-  return inertia;
+                                float inverse_inertia) {
+  return fathom::world_inertia<Inertia>(bodies.inertia, i, inverse_mass, inverse_inertia);
 }
 
 template <class Inertia, BodyPart... written>
-FATHOM_HD ContactBody<Inertia> contact_body(const Bodies<written...>& bodies, std::uint32_t i, const SolverBody& body,
-                                            bool splits) {
+FATHOM_HD ContactBody<Inertia> contact_body(const Bodies<written...>& bodies, std::uint32_t i, const SolverBody& body) {
   return {body.linear, body.angular, body.inverse_mass,
-          world_inertia<Inertia>(bodies, i, body.inverse_mass, body.inverse_inertia, splits)};
+          world_inertia<Inertia>(bodies, i, body.inverse_mass, body.inverse_inertia)};
 }
 
 /// Number of times the solver wrote a quad of SolverQuads.

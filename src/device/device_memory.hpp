@@ -85,7 +85,7 @@ class BodyMemory {
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;
   exec::Buffer<WorldInertia> inertia_;
-  exec::Buffer<SplitSums> split_;
+  exec::Buffer<SplitBody> split_;
   std::size_t capacity_ = 0;
 };
 

@@ -25,7 +25,6 @@ struct PrepareConstraints {
   Mechanisms<> mechanisms;
   Constraints<constraint_heads, constraint_rows> constraints;
   Counters* counters;
-  bool splits_overflow;
   float hit_threshold;  ///< m/s
 
   FATHOM_HD void operator()(auto group, Local& local) const {
@@ -49,35 +48,25 @@ struct PrepareConstraints {
     if (bits != c.bits) c.bits = bits;
   }
 
-  /// `splits`: a part of the body (`mass_parts`).
-  FATHOM_HD SolverBody solver_body(std::uint32_t i, bool splits) const {
-    SolverBody body = bodies.solver[i].body();
-    if (!splits || body.inverse_mass == 0) return body;
-    const float parts = mass_parts(bodies, i);
-    body.inverse_mass *= parts, body.inverse_inertia *= parts;
-    return body;
-  }
-
   FATHOM_HD void prepare(std::uint32_t k) const {
     const PairRecord pair = constraints.bodies[k];
-    const bool splits = splits_overflow && k >= counters->first_overflow;
-    const SolverBody a = solver_body(pair.a, splits), b = solver_body(pair.b, splits);
+    const SolverBody a = bodies.solver[pair.a].body(), b = bodies.solver[pair.b].body();
     const std::uint32_t number = constraints.contact[k];
     if (number & joint_tag)
       return prepare_joint(k, joints.records[number & ~joint_tag], a, b,
                            is_anisotropic(a) || is_anisotropic(b) ? 1u * anisotropic_bit : 0u);
     if (is_anisotropic(a) || is_anisotropic(b))
-      prepare<SymMat3>(k, pair, a, b, splits, anisotropic_bit);
+      prepare<SymMat3>(k, pair, a, b, anisotropic_bit);
     else
-      prepare<float>(k, pair, a, b, splits, 0);
+      prepare<float>(k, pair, a, b, 0);
   }
 
   template <class Inertia>
   FATHOM_HD void prepare(std::uint32_t k, PairRecord pair, const SolverBody& solver_a, const SolverBody& solver_b,
-                         bool splits, std::uint32_t bits) const {
+                         std::uint32_t bits) const {
     const ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
-    const ContactBodies<Inertia> both{contact_body<Inertia>(bodies, pair.a, solver_a, splits),
-                                      contact_body<Inertia>(bodies, pair.b, solver_b, splits)};
+    const ContactBodies<Inertia> both{contact_body<Inertia>(bodies, pair.a, solver_a),
+                                      contact_body<Inertia>(bodies, pair.b, solver_b)};
     ContactRows made;
     Contact& contact = contacts.contacts[constraints.contact[k]];
     const float offset = contact.offset;

@@ -8,6 +8,7 @@
 #include "device/constraint_rows.hpp"
 #include "device/joint_arrays.hpp"
 #include "device/joint_sweeps.hpp"
+#include "device/mass_splitting.hpp"
 #include "device/solve_parameters.hpp"
 #include "dynamics/body_fault.hpp"
 #include "dynamics/rotation.hpp"
@@ -18,9 +19,6 @@
 #include "exec/load.hpp"
 
 namespace fathom::device {
-
-/// Units of `SplitSums` in 1 m/s or rad/s, and the largest term in them.
-inline constexpr float split_units = 1 << 30, max_split_term = 65536.0f * split_units;
 
 /// Constraints that sweeps and direct solutions of supports may write.
 using SolvedConstraints = Constraints<constraint_rows, constraint_supports>;
@@ -43,14 +41,9 @@ using SolvedConstraints = Constraints<constraint_rows, constraint_supports>;
 /// colours do not fit into one word, if bounce sweeps skip contacts, or if contacts read bodies whose motion has no
 /// write counts.
 ///
-/// The overflow's constraints share bodies and still act at once: a body with n of them counts as n parts of equal
-/// mass, one for each, and moves with the mean of their velocities (Tonge, Benevolenski and Voroshilov, "Mass Splitting
-/// for Jitter-Free Parallel Rigid Body Simulation", SIGGRAPH 2012). Each impulse still acts in full: an n-th of the
-/// velocity that it gives an n-th of the mass. One phase sums these up, the next adds them to the bodies.
-///
 /// Worlds without joints, and those with only ball joints, have separate kernels without the registers that other
-/// joints need.
-template <JointKinds kinds>
+/// joints need. Only the kernel that solves directly can split masses in sweeps over the overflow.
+template <JointKinds kinds, bool splits = false>
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
@@ -66,8 +59,6 @@ struct SolveConstraints {
     relax,
     bounce
   };
-  /// The phase's part in a sweep over the overflow.
-  enum class Overflow : std::uint32_t { untouched, split, merge };
   struct Cursor {
     What what;
     std::uint32_t colour;
@@ -78,7 +69,7 @@ struct SolveConstraints {
     std::uint32_t integrations = 0, sweeps = 0,
                   moves = 0;   ///< completed: all integrations, sweeps over all colours, integrations of positions
     Stretch stretch = {0, 0};  ///< the phase's constraints, or bodies
-    Overflow overflow = Overflow::untouched;
+    SplitPhase split = SplitPhase::outside;
     // Copied from the plan, to be in registers.
     bool by_data = false;
     std::uint32_t colours = 0;
@@ -92,7 +83,7 @@ struct SolveConstraints {
     bool by_data;  ///< items wait for their inputs, not for the previous phase
 
     /// Whether SolveDirectly is due.
-    FATHOM_HD bool any_direct() const { return support_levels > 0 || mechanisms > 0; }
+    FATHOM_HD bool any_direct() const { return support_levels > 0 || mechanisms > 0 || overflow > 0; }
   };
   static constexpr std::uint32_t plan_parts = schedule_size;
 
@@ -118,6 +109,10 @@ struct SolveConstraints {
   const GenericJoint* generic_joints;  ///< by slot
   JointReactions* reactions;           ///< by slot
 
+  SolveConstraints<kinds, true> with_splitting() const {
+    return {bodies, constraints, counters, body_capacity, p, generic_joints, reactions};
+  }
+
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
     plan.schedule[k] = counters->schedule[k];
     if (k > 0) return;
@@ -141,7 +136,7 @@ struct SolveConstraints {
   FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.any_direct() ? 0 : all_phases(plan); }
   FATHOM_HD std::uint32_t all_phases(const Plan& plan) const {
     if (plan.sweeps == 0) return 0;
-    const std::uint32_t n = plan.sweeps + (plan.overflow > 0 ? 1 : 0);
+    const std::uint32_t n = plan.sweeps + (plan.overflow > 0 ? 2 : 0);
     const std::uint32_t bouncing = plan.bounces ? p.substeps * (max_bounce_sweeps * n + 1) - 1 : 0;
     return (p.warm_start ? n : 0) + p.substeps * of_substep(n) + bouncing;
   }
@@ -156,14 +151,18 @@ struct SolveConstraints {
   }
 
   FATHOM_HD Cursor next(const Plan& plan, Cursor cursor) const {
-    if (cursor.overflow == Overflow::split) {
-      cursor.overflow = Overflow::merge;
+    if (splits && cursor.split == SplitPhase::count) {
+      cursor.split = SplitPhase::act;
+      return cursor;
+    }
+    if (splits && cursor.split == SplitPhase::act) {
+      cursor.split = SplitPhase::merge;
       cursor.stretch = {0, plan.bodies};
       return cursor;
     }
     if (is_sweep(cursor) && !ends_sweep(cursor)) {
       cursor.stretch = plan.schedule[++cursor.colour];
-      cursor.overflow = Overflow::untouched;
+      cursor.split = SplitPhase::outside;
       return cursor;
     }
     begin_round(plan, cursor);
@@ -174,13 +173,12 @@ struct SolveConstraints {
   FATHOM_HD void report_overrun() const { exec::atomic_store(counters->overrun, 1u); }
 
   FATHOM_HD std::uint32_t items(const Plan&, Cursor cursor) const { return cursor.stretch.count; }
-  FATHOM_HD bool may_exceed_launch(const Plan&, Cursor cursor) const { return cursor.overflow == Overflow::split; }
 
   // Issues all loads at once, whether the contact has that many points or not, so none waits for another. Rows that a
   // sweep does not need are loaded from another row, which costs less than a branch.
   FATHOM_HD_INLINED void fetch(const Plan&, Cursor cursor, std::uint32_t i, Fetched& f) const {
     if (!is_sweep(cursor)) return fetch_body(cursor, i, f);
-    if (cursor.overflow == Overflow::merge) return;
+    if (splits && cursor.split == SplitPhase::merge) return;
     if (cursor.what == bounce && is_calm(cursor)) {
       f = {};
       return;
@@ -208,8 +206,8 @@ struct SolveConstraints {
       integrate_velocity(cursor, i, fetched, plan.bounces > 0);
     else if (cursor.what == integrate_x)
       integrate_position(plan, cursor, i, fetched);
-    else if (cursor.overflow == Overflow::merge)
-      merge(i);
+    else if (splits && cursor.split == SplitPhase::merge)
+      splitting().merge(i);
     else
       sweep(cursor, cursor.stretch.first + i, fetched);
   }
@@ -217,7 +215,11 @@ struct SolveConstraints {
   FATHOM_HD static bool is_sweep(Cursor cursor) { return cursor.what > integrate_x; }
   /// For a sweep: whether the phase is its last.
   FATHOM_HD static bool ends_sweep(Cursor cursor) {
-    return cursor.colour + 1 == cursor.colours && cursor.overflow != Overflow::split;
+    return cursor.colour + 1 == cursor.colours &&
+           (cursor.split == SplitPhase::outside || cursor.split == SplitPhase::merge);
+  }
+  FATHOM_HD static bool is_overflow(Cursor cursor) {
+    return splits && (cursor.split == SplitPhase::count || cursor.split == SplitPhase::act);
   }
 
   /// Whether the sweep is the first after positions have moved.
@@ -228,7 +230,7 @@ struct SolveConstraints {
   FATHOM_HD static void begin(const Plan& plan, Cursor& cursor) {
     cursor.colour = 0;
     cursor.stretch = is_sweep(cursor) ? plan.schedule[0] : Stretch{0, plan.bodies};
-    cursor.overflow = is_sweep(cursor) && plan.overflow > 0 ? Overflow::split : Overflow::untouched;
+    cursor.split = is_sweep(cursor) && plan.overflow > 0 ? SplitPhase::count : SplitPhase::outside;
   }
   /// Continues after all bodies, or all colours.
   FATHOM_HD void begin_round(const Plan& plan, Cursor& cursor) const {
@@ -367,9 +369,12 @@ struct SolveConstraints {
     const bool rolls = roll.length > 0;
     if (from_zero) roll.impulse = {};
     Quad* const rows = rows_of(constraints, k);
-    const bool splits = cursor.overflow == Overflow::split;
-    ContactBodies<Inertia> both{contact_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y, splits),
-                                contact_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w, splits)};
+    ContactBodies<Inertia> both{contact_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y),
+                                contact_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w)};
+    if (what != warm && splits && cursor.split == SplitPhase::act) {
+      split(both.a, splitting().parts(head.a)), split(both.b, splitting().parts(head.b));
+      weigh(both, contact);
+    }
     if constexpr (what == warm) {
       warm_start_contact<float>(contact, both);
       if (rolls) twist_apart(both, roll.impulse);
@@ -390,9 +395,11 @@ struct SolveConstraints {
       reload_velocity(head.a, both.a.linear, both.a.angular);
       reload_velocity(head.b, both.b.linear, both.b.angular);
     }
-    // Velocities first, because others wait for them.
-    if (pair.pushes_b) store_pushed(cursor, head.b, both.b.linear, both.b.angular, pair.due_b + 1);
-    if (pair.pushes_a) store_pushed(cursor, head.a, both.a.linear, both.a.angular, pair.due_a + 1);
+    if (splits && cursor.split == SplitPhase::count) {
+      if (what != warm && (impulses.sum() > 0 || has_pushed(head, both))) count(head, pair);
+      return;
+    }
+    store_pushed(cursor, head, pair, both);
     if constexpr (what == warm) return;
     store_normal_impulses(rows, impulses);
     if (what != bounce && rolls) constraints.extras[k].roll = roll;
@@ -427,9 +434,9 @@ struct SolveConstraints {
   /// Warm starting comes before anything has moved.
   template <What what, class Inertia>
   FATHOM_HD static ContactBody<Inertia> contact_side(const auto& bodies, std::uint32_t i, const SolverQuads& quads,
-                                                     float inverse_mass, float inverse_inertia, bool splits) {
+                                                     float inverse_mass, float inverse_inertia) {
     ContactBody<Inertia> side{quads.linear.xyz(), quads.angular.xyz(), inverse_mass,
-                              world_inertia<Inertia>(bodies, i, inverse_mass, inverse_inertia, splits)};
+                              world_inertia<Inertia>(bodies, i, inverse_mass, inverse_inertia)};
     if constexpr (moves_matter(what)) side.moved = quads.moved.xyz(), side.turned = quads.turned.xyz();
     return side;
   }
@@ -464,13 +471,13 @@ struct SolveConstraints {
   template <What what, class Inertia>
   FATHOM_HD static typename JointBodies<Inertia>::Side joint_side(const auto& bodies, std::uint32_t i,
                                                                   const SolverQuads& quads, float inverse_mass,
-                                                                  float inverse_inertia, bool splits) {
+                                                                  float inverse_inertia) {
     typename JointBodies<Inertia>::Side side;
     side.linear = quads.linear.xyz(), side.angular = quads.angular.xyz();
     if constexpr (moves_matter(what)) side.moved = quads.moved.xyz(), side.turned = quads.turned.xyz();
     side.inverse_mass = inverse_mass;
     side.inverse_inertia = inverse_mass > 0 ? inverse_inertia : 1.0f;
-    side.response = world_inertia<Inertia>(bodies, i, inverse_mass, inverse_inertia, splits);
+    side.response = world_inertia<Inertia>(bodies, i, inverse_mass, inverse_inertia);
     return side;
   }
 
@@ -481,9 +488,14 @@ struct SolveConstraints {
     if (cursor.what == push_first) law.begin_without_impulses();
     Pair pair;
     load_pair<what>(cursor, fetched, pair);
-    const bool splits = cursor.overflow == Overflow::split;
-    JointBodies<Inertia> both{joint_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y, splits),
-                              joint_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w, splits)};
+    JointBodies<Inertia> both{joint_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y),
+                              joint_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w)};
+    if (splits && cursor.split == SplitPhase::count) {
+      if (what != warm) count(head, pair);
+      return;
+    }
+    if (what != warm && splits && cursor.split == SplitPhase::act)
+      split(both.a, splitting().parts(head.a)), split(both.b, splitting().parts(head.b));
     const bool ends = ends_substep(cursor);
     float sum;
     if constexpr (what == warm) {
@@ -502,9 +514,7 @@ struct SolveConstraints {
       reload_velocity(head.a, both.a.linear, both.a.angular);
       reload_velocity(head.b, both.b.linear, both.b.angular);
     }
-    // Velocities first, because others wait for them.
-    if (pair.pushes_b) store_pushed(cursor, head.b, both.b.linear, both.b.angular, pair.due_b + 1);
-    if (pair.pushes_a) store_pushed(cursor, head.a, both.a.linear, both.a.angular, pair.due_a + 1);
+    store_pushed(cursor, head, pair, both);
     law.store(rows_of(constraints, k), ends);
   }
 
@@ -520,46 +530,33 @@ struct SolveConstraints {
     exec::store_shared_quad(bodies.solver[i].angular, written(angular, writes));
   }
 
-  /// Stores the velocity with which a constraint leaves body i, or adds that of a part of it to the others'.
-  FATHOM_HD_INLINED void store_pushed(Cursor cursor, std::uint32_t i, Vec3 linear, Vec3 angular,
-                                      std::uint32_t writes) const {
-    if (cursor.overflow == Overflow::split)
-      add_part(i, linear, angular);
-    else
-      store_velocity(i, linear, angular, writes);
-  }
-  FATHOM_HD void add_part(std::uint32_t i, Vec3 linear, Vec3 angular) const {
-    Vec3 was_linear, was_angular;
-    reload_velocity(i, was_linear, was_angular);
-    const float share = 1 / mass_parts(bodies, i);
-    add_terms(bodies.split[i].linear, share * (linear - was_linear));
-    add_terms(bodies.split[i].angular, share * (angular - was_angular));
-  }
-  FATHOM_HD static void add_terms(std::uint64_t (&sums)[3], Vec3 v) {
-    const float terms[3] = {v.x, v.y, v.z};
-    for (int i = 0; i < 3; ++i) {
-      const float term = terms[i] * split_units;
-      // Faster than any body may be: sums of 2¹⁷ terms do not overflow.
-      const float limited = max(-max_split_term, min(term, max_split_term));
-      const auto units = static_cast<std::int64_t>(limited + (limited < 0 ? -0.5f : 0.5f));
-      if (units != 0) exec::atomic_add(sums[i], static_cast<std::uint64_t>(units));
+  /// Velocities first, because others wait for them.
+  FATHOM_HD_INLINED void store_pushed(Cursor cursor, const ConstraintHead& head, const Pair& pair,
+                                      const auto& both) const {
+    if (splits && cursor.split == SplitPhase::act) {
+      if (pair.pushes_b) splitting().add(head.b, both.b.linear, both.b.angular);
+      if (pair.pushes_a) splitting().add(head.a, both.a.linear, both.a.angular);
+      return;
     }
+    if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
+    if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
   }
-  /// Adds what the overflow's constraints give body i in a sweep, and begins anew.
-  FATHOM_HD void merge(std::uint32_t i) const {
-    if (bodies.touching[i] == 0 || bodies.uncoloured(i) == 0) return;
-    SplitSums& sums = bodies.split[i];
-    Vec3 linear, angular;
-    reload_velocity(i, linear, angular);
-    linear += sum_of(sums.linear), angular += sum_of(sums.angular);
-    if (is_finite(linear) && is_finite(angular)) store_velocity(i, linear, angular, 0);
-    sums = {};
+
+  // Sweeps over the overflow.
+
+  FATHOM_HD auto splitting() const { return MassSplitting<decltype(bodies)>{bodies}; }
+  FATHOM_HD void count(const ConstraintHead& head, const Pair& pair) const {
+    if (pair.pushes_a) splitting().count(head.a);
+    if (pair.pushes_b) splitting().count(head.b);
   }
-  FATHOM_HD static Vec3 sum_of(const std::uint64_t (&sums)[3]) {
-    const auto part = [&](int i) {
-      return static_cast<float>(static_cast<std::int64_t>(exec::atomic_load(sums[i]))) * (1 / split_units);
+  /// Whether a sweep has changed the velocity of one of its bodies, which nothing has stored yet.
+  FATHOM_HD bool has_pushed(const ConstraintHead& head, const auto& both) const {
+    const auto is_new = [&](std::uint32_t i, const auto& side) {
+      Vec3 linear, angular;
+      reload_velocity(i, linear, angular);
+      return !(linear == side.linear && angular == side.angular);
     };
-    return {part(0), part(1), part(2)};
+    return is_new(head.a, both.a) || is_new(head.b, both.b);
   }
 
   /// Updates W.

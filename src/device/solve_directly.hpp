@@ -1,8 +1,7 @@
-// solve, if something is solved directly: like SolveConstraints, with mechanisms after every sweep
-// (dynamics/mechanism.hpp), and supports after every relax sweep (dynamics/support.hpp).
+// solve, if something is solved directly or there is an overflow: like SolveConstraints, with mechanisms after every
+// sweep (dynamics/mechanism.hpp), and supports after every relax sweep (dynamics/support.hpp).
 //
-// A separate kernel: worlds without overloaded contacts and mechanisms must not pay for its registers. Only one of the
-// two kernels has phases in a step.
+// A separate kernel: other worlds must not pay for its registers. Only one of the two kernels has phases in a step.
 #pragma once
 
 #include "device/mechanisms.hpp"
@@ -42,7 +41,7 @@ FATHOM_HD float power_of_two(int exponent) {
 /// belong to one warp. Between sweeps they wait only for data, where that is possible.
 template <JointKinds kinds>
 struct SolveDirectly {
-  using Solver = SolveConstraints<kinds>;
+  using Solver = SolveConstraints<kinds, true>;
   // Seven warps, and on CUDA an eighth that signals their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
   static constexpr bool wants_registers = true;
@@ -109,8 +108,8 @@ struct SolveDirectly {
     if (cursor.stage == linked) return plan.mechanisms * team::items;
     return cursor.stage == asking ? plan.level[cursor.level].count : plan.supported;
   }
-  FATHOM_HD bool may_exceed_launch(const Plan& plan, Cursor cursor) const {
-    return cursor.stage == sweeps && solver.may_exceed_launch(plan, cursor.in_solve);
+  FATHOM_HD bool may_exceed_launch(const Plan&, Cursor cursor) const {
+    return cursor.stage == sweeps && Solver::is_overflow(cursor.in_solve);
   }
   FATHOM_HD exec::Wait wait_before(const Plan& plan, Cursor cursor) const {
     if (cursor.stage == asking && cursor.level < plan.support_levels && plan.in_one_warp) return exec::Wait::for_warp;

@@ -174,7 +174,7 @@ class Step {
     device_.parallel_groups(
         {&counters_->constraint_groups, (constraints_.capacity + constraint_group_size - 1) / constraint_group_size},
         PrepareConstraints{bodies_, contacts_, joints_, mechanisms_, constraints_, counters_,
-                           !settings_.published.cells, settings_.restitution_threshold});
+                           settings_.restitution_threshold});
     if (has_supports())
       device_.parallel_phases(FindSupports::max_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
                               FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h});
@@ -200,20 +200,21 @@ class Step {
   void solve_with() {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? max_bounce_sweeps : 0);
-    const std::uint32_t max_phases = (schedule_size + 1) * (1 + p.substeps * sweeps) + 3 * p.substeps;
     const SolveConstraints<kinds> solver{bodies_,         constraints_,    counters_,        body_capacity_,
                                          settings_.solve, joints_.generic, joints_.reactions};
-    // Each body occurs at most once in a colour, so a colour has no more constraints than there are bodies. The
-    // overflow may have more.
-    if (!settings_.published.cells)
+    if (settings_.published.cells) {
+      if constexpr (kinds == JointKinds::absent) published_.solve(solver, settings_.bounces, constraints());
+    } else {
+      using Directly = SolveDirectly<kinds>;
+      // Two more phases for the overflow.
+      const std::uint32_t max_phases = (schedule_size + 2) * (1 + p.substeps * sweeps) + 3 * p.substeps;
+      // Each body occurs at most once in a colour, so a colour has no more constraints than there are bodies. Only the
+      // overflow may have more.
       device_.parallel_phases(max_phases, body_capacity_, solver);
-    else if constexpr (kinds == JointKinds::absent)
-      published_.solve(solver, settings_.bounces, constraints());
-    using Directly = SolveDirectly<kinds>;
-    if (has_supports() || has_mechanisms())
       device_.parallel_phases(max_phases + Directly::support_phases(p, max_levels) + Directly::mechanism_phases(p),
                               std::max(body_capacity_, team::size * mechanisms_.capacity),
-                              Directly{solver, joints_, mechanisms_});
+                              Directly{solver.with_splitting(), joints_, mechanisms_});
+    }
     device_.parallel_for(constraints(), StoreImpulses{bodies_,
                                                       contacts_,
                                                       joints_,

@@ -142,6 +142,16 @@ FATHOM_HD float prepare_contact(const ContactManifold& m, const Pose& pose_a, co
   return nearest - overlap;
 }
 
+/// Sets the effective masses in the rows to those between `bodies`, whose masses have changed.
+template <class Inertia>
+FATHOM_HD void weigh(const ContactBodies<Inertia>& bodies, ContactRows& rows) {
+  const ContactAxes axes = rows.axes();
+  rows.frame.response = contact_response(axes, bodies);
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (rows.has(i)) rows.points[i].mass = mass_at(rows.frame.response, rows.points[i].x, rows.points[i].y);
+  set_friction_masses(axes, bodies, rows.frame.friction);
+}
+
 /// Parameters of a sweep with this softness.
 FATHOM_HD ContactStep contact_step(float inverse_substep, const Softness& softness, float push_out_velocity) {
   return {inverse_substep, softness.bias_rate, softness.mass_scale, softness.impulse_scale, push_out_velocity, 0};
