@@ -307,7 +307,6 @@ struct Butterfly {
   FATHOM_HD Cursor cursor_at(const Plan&, std::uint32_t phase) const { return phase; }
   FATHOM_HD Cursor next(const Plan&, Cursor phase) const { return phase + 1; }
   FATHOM_HD std::uint32_t items(const Plan&, Cursor) const { return pairs; }
-  FATHOM_HD bool is_serial(const Plan&, Cursor) const { return false; }
   FATHOM_HD bool needs_barriers(const Plan&) const { return !(can_wait_for_data && by_data); }
   FATHOM_HD void fetch(const Plan&, Cursor, std::uint32_t k, Fetched& f) const { f.salt = salts[k]; }
 
@@ -371,7 +370,6 @@ struct WarpRounds {
   FATHOM_HD Cursor cursor_at(const Plan&, std::uint32_t phase) const { return phase; }
   FATHOM_HD Cursor next(const Plan&, Cursor phase) const { return phase + 1; }
   FATHOM_HD std::uint32_t items(const Plan& plan, Cursor) const { return plan.items; }
-  FATHOM_HD bool is_serial(const Plan&, Cursor) const { return false; }
   FATHOM_HD Wait wait_before(const Plan&, Cursor phase) const { return phase % 3 > 0 ? Wait::for_warp : Wait::for_all; }
   FATHOM_HD void fetch(const Plan&, Cursor, std::uint32_t, Fetched&) const {}
   FATHOM_HD void operator()(const Plan&, Cursor phase, std::uint32_t i, const Fetched&) const {
@@ -396,6 +394,44 @@ TYPED_TEST_P(ExecTest, PhasesMayKeepToWarps) {
     for (std::uint32_t phase = 0; phase < 3 * rounds; ++phase)
       for (std::uint32_t i = 0; i < width; ++i) on_host({width}, phase, i, {});
     EXPECT_EQ(to_host(this->device(), values), expected) << width;
+  }
+}
+
+/// Two phases over `width` items, launched for `launched` of them: the first writes, the second reads from the end.
+struct Mirrored {
+  struct Plan {
+    std::uint32_t items;
+  };
+  struct Fetched {};
+  using Cursor = std::uint32_t;
+  static constexpr std::uint32_t plan_parts = 1, group_size = 64;
+
+  std::uint32_t* values;
+  std::uint32_t width;
+
+  FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.items = width; }
+  FATHOM_HD std::uint32_t phases(const Plan&) const { return 2; }
+  FATHOM_HD Cursor cursor_at(const Plan&, std::uint32_t phase) const { return phase; }
+  FATHOM_HD Cursor next(const Plan&, Cursor phase) const { return phase + 1; }
+  FATHOM_HD std::uint32_t items(const Plan& plan, Cursor) const { return plan.items; }
+  FATHOM_HD bool may_exceed_launch(const Plan&, Cursor) const { return true; }
+  FATHOM_HD void fetch(const Plan&, Cursor, std::uint32_t, Fetched&) const {}
+  FATHOM_HD void operator()(const Plan& plan, Cursor phase, std::uint32_t i, const Fetched&) const {
+    if (phase == 0)
+      values[i] = 3 * i + 1;
+    else
+      values[plan.items + i] = values[plan.items - 1 - i];
+  }
+};
+
+TYPED_TEST_P(ExecTest, PhasesMayHaveMoreItemsThanWereLaunched) {
+  constexpr std::uint32_t width = 10'007;
+  Buffer<std::uint32_t> values = to_device(this->device(), std::vector<std::uint32_t>(2 * width, 0));
+  this->device().parallel_phases(2, 40, Mirrored{values.data(), width});
+  const auto result = to_host(this->device(), values);
+  for (std::uint32_t i = 0; i < width; ++i) {
+    ASSERT_EQ(result[i], 3 * i + 1);
+    ASSERT_EQ(result[width + i], 3 * (width - 1 - i) + 1);
   }
 }
 
@@ -582,9 +618,9 @@ REGISTER_TYPED_TEST_SUITE_P(ExecTest, ParallelForVisitsEveryItemOnce, TeamsRunEv
                             CountsInDeviceMemoryAreCutToTheCapacity, FillsAndZeroes, BuffersGrowWithOrWithoutContents,
                             AtomicsLoseNothing, SectionsSortInLocalMemory, BroadcastSteersLoopsOfAGroup,
                             SectionsMayBeInNestedLoops, PhasesFollowEachOther, ItemsOfPhasesMayWaitForWhatTheyRead,
-                            PhasesMayKeepToWarps, SortIsStableAndEqualsTheStandardLibrary,
-                            SortTakesItsCountFromTheDevice, ScanEqualsTheStandardLibrary, SelectKeepsTheOrder,
-                            ReducesToMinimaMaximaAndStructs, FloatsHaveTheHostsBits,
-                            RootsOfAllMantissasAreCorrectlyRounded);
+                            PhasesMayKeepToWarps, PhasesMayHaveMoreItemsThanWereLaunched,
+                            SortIsStableAndEqualsTheStandardLibrary, SortTakesItsCountFromTheDevice,
+                            ScanEqualsTheStandardLibrary, SelectKeepsTheOrder, ReducesToMinimaMaximaAndStructs,
+                            FloatsHaveTheHostsBits, RootsOfAllMantissasAreCorrectlyRounded);
 
 }  // namespace fathom::exec::test

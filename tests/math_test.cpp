@@ -113,7 +113,7 @@ TEST(Mat3, InverseTransposeAndDeterminant) {
       ASSERT_LT(difference(a * inverse(a), {}), 1e-4f);
     }
   }
-  EXPECT_EQ(difference(inverse({{1, 2, 3}, {2, 4, 6}, {0, 0, 1}}), {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}), 0);
+  EXPECT_EQ(difference(inverse(Mat3{{1, 2, 3}, {2, 4, 6}, {0, 0, 1}}), {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}), 0);
 }
 
 TEST(Mat3, RotationsAreProper) {
@@ -173,7 +173,7 @@ TEST(PrincipalFrame, RebuildsTheMatrix) {
   Generator random(10);
   for (int i = 0; i < trials; ++i) {
     SymMat3 m = any_symmetric(random);
-    if (i % 4 == 0) m = rotated(to_matrix(any_rotation(random)), {2, 2, 1});  // double eigenvalue
+    if (i % 4 == 0) m = rotated(to_matrix(any_rotation(random)), SymMat3{2, 2, 1});  // double eigenvalue
     if (i % 4 == 1) m.xy = m.xz = 0;
     const PrincipalFrame frame = principal_frame(m);
     ASSERT_LE(frame.moments.x, frame.moments.y);
@@ -181,7 +181,7 @@ TEST(PrincipalFrame, RebuildsTheMatrix) {
     ASSERT_NEAR(dot(frame.rotation, frame.rotation), 1, 1e-6f);
     ASSERT_GE(frame.rotation.w, 0);
     const SymMat3 again =
-        rotated(to_matrix(frame.rotation), {frame.moments.x, frame.moments.y, frame.moments.z, 0, 0, 0});
+        rotated(to_matrix(frame.rotation), SymMat3{frame.moments.x, frame.moments.y, frame.moments.z, 0, 0, 0});
     ASSERT_LT(difference(to_matrix(again), to_matrix(m)), 3e-6f);
   }
 }
@@ -198,7 +198,7 @@ TEST(PrincipalFrame, AnyOrderOfTheDiagonal) {
   for (const SymMat3 m : {SymMat3{1, 3, 2}, SymMat3{2, 1, 3}, SymMat3{2, 3, 1}, SymMat3{3, 1, 2}, SymMat3{3, 2, 1}}) {
     const PrincipalFrame frame = principal_frame(m);
     EXPECT_EQ(frame.moments, (Vec3{1, 2, 3}));
-    EXPECT_LT(difference(to_matrix(rotated(to_matrix(frame.rotation), {1, 2, 3})), to_matrix(m)), 2e-6f);
+    EXPECT_LT(difference(to_matrix(rotated(to_matrix(frame.rotation), SymMat3{1, 2, 3})), to_matrix(m)), 2e-6f);
   }
 }
 
