@@ -37,7 +37,9 @@ struct LookAheadPairs {
     const float margin = speculative_margin(a.radius, b.radius, a.velocity, b.velocity, dt);
     AxisCache axis = c.axis;
     Manifold seen = collide_shapes<with_hulls>(a.geometry, b.geometry, b_in_a, margin, axis);
-    const LookAhead found = look_ahead<with_hulls>(a, b, seen, margin, changes.half_of_thinner(c), dt);
+    const float half = changes.half_of_thinner(c);
+    const bool pressed = c.fixed_a() && is_pressed(seen, half);
+    const LookAhead found = look_ahead<with_hulls>(a, b, seen, margin, half, dt);
     if constexpr (runs_in_teams) {
       team::sync();
       if (!team::is_leader()) return;
@@ -51,7 +53,10 @@ struct LookAheadPairs {
     if (seams.may_have(c.a)) seen = seams.kept(c.a, c.b, b_then, margin, seen).manifold;
     if (!changes.take(index, c, seen, b_then, meets ? found.time : -1)) {
       changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
-    } else if (found.is_fast && (c.fixed_a() || is_bullet(c.a) || is_bullet(c.b))) {
+      return;
+    }
+    if (pressed && c.touching()) contacts.manifolds[c.manifold].forget_build();  // the next step must see it
+    if (found.is_watched && (c.fixed_a() || is_bullet(c.a) || is_bullet(c.b))) {
       note_begin(c.a, a.pose);
       note_begin(c.b, b.pose);
       contacts.fast[pair].next = chained(pair, c.b);

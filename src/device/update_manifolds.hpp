@@ -288,10 +288,12 @@ struct CollideShapes {
       if (!team::is_leader()) return;
     }
     const float movement = movement_of(margin, a.radius, b.radius, dt);
-    const bool is_fast = movement > slow_movement && movement > slow_share * changes.half_of_thinner(c);
+    const float half = changes.half_of_thinner(c);
+    const bool is_fast = movement > slow_movement && movement > slow_share * half;
+    const bool pressed = c.fixed_a() && is_pressed(fresh, half);
     const bool passes =
         !c.fixed_a() && pass_for_certain(fresh, c.axis, bodies.velocities[c.a], bodies.velocities[c.b], dt);
-    if ((is_fast && !passes) || is_at_seam(c, b_in_a, fresh)) {
+    if ((is_fast && !passes) || pressed || is_at_seam(c, b_in_a, fresh)) {
       contacts.contacts[index] = c;
       changes.look_ahead(index, pairs == hulls);
     } else if (!changes.take(index, c, fresh, b_in_a, -1)) {

@@ -52,10 +52,10 @@ struct Apart {
 
 struct LookAhead {
   Ahead ahead = Ahead::as_seen;
-  bool is_fast = false;  ///< moves far enough within the step for `free_way`
-  Apart first{};         ///< as the step begins; only for fast pairs
-  float time = 0;        ///< s from the step's beginning to the moment at which the manifold was made
-  Pose b_in_a;           ///< at that moment
+  bool is_watched = false;  ///< moves far within the step or is pressed in deep: `free_way` looks at its end
+  Apart first{};            ///< as the step begins; only for watched pairs
+  float time = 0;           ///< s from the step's beginning to the moment at which the manifold was made
+  Pose b_in_a;              ///< at that moment
   Manifold manifold;
 };
 
@@ -76,17 +76,23 @@ FATHOM_HD float skin_of(const Mover& a, const Mover& b, float half) {
   return skin_of(half, length(b.pose.position - a.pose.position));
 }
 
+/// Whether the bodies are pressed so deep into each other that an obstacle must not let the other any deeper. Within a
+/// step a joint or heavier bodies may pull a light body in by less than `slow_share` of its thickness, step by step.
+FATHOM_HD bool is_pressed(const Manifold& seen, float half) { return nearest_separation(seen) < -pressed_deep * half; }
+
 /// For a pair with the manifold `seen`, which may be empty although the pair is within its speculative margin `margin`:
 /// over that distance faces need not face each other. `half`: half thickness (m) of the thinner shape.
 template <bool with_hulls = true>
 FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& seen, float margin, float half,
                                float dt) {
   LookAhead result;
-  result.is_fast = movement_of(margin, a.radius, b.radius, dt) > slow_share * half;
-  if (!result.is_fast) return result;
+  const bool is_fast = movement_of(margin, a.radius, b.radius, dt) > slow_share * half;
+  result.is_watched = is_fast || is_pressed(seen, half);
+  if (!result.is_watched) return result;
   const float entry = entry_of(half), skin = skin_of(a, b, half), nearest = nearest_separation(seen);
   const NearCores cores = near_cores(a, b, dt, skin);
   const Apart first = result.first = apart_at_first(a, b, cores, seen, skin);
+  if (!is_fast) return result;
   const Vec3 normal = first.normal;
   const float gap = first.gap;
   const float approach = dt * max_approach(a, b, normal);

@@ -99,6 +99,8 @@ inline constexpr float slow_share = 0.25f;
 /// Depth to which touching bodies may be pressed together without being knocked back, as a share of the thinner shape's
 /// half thickness.
 inline constexpr float pressed_share = 0.1f;
+/// Share of the same from which on an obstacle lets a body no deeper (`is_pressed`).
+inline constexpr float pressed_deep = 0.2f;
 /// m, and share of the thinner shape's half thickness, beyond which bodies are certainly apart (`skin_of`).
 inline constexpr float max_skin = 0.001f, skin_share = 0.02f;
 /// Maximum angle (rad) by which a body turns within a substep (docs/solver.md, Rotation). Rotations are exact for any

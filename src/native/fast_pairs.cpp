@@ -17,7 +17,7 @@ Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& f
   const LookAhead found = look_ahead({a.geometry, a.radius, state.poses[c.a], state.velocities[c.a]},
                                      {b.geometry, b.radius, state.poses[c.b], state.velocities[c.b]}, fresh,
                                      seen.margin, min(half_thickness(a), half_thickness(b)), dt);
-  if (found.is_fast && is_swept(a, b)) {
+  if (found.is_watched && is_swept(a, b)) {
     const Pose &pose_a = state.poses[c.a], &pose_b = state.poses[c.b];
     fast.push_back({index, c.a, c.b, pose_a, pose_b, found.first});
   }

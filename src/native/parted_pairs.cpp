@@ -285,11 +285,12 @@ class PartedPair {
         scratch_.found.push_back({children, ahead, a.pose * at * inverse(b.pose), moved(kept, a.pose), axis});
     };
     const float half = min(a.half, b.half);
-    if (movement_of(margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
+    const bool may_be_pressed = contact(first_).fixed_a && is_pressed(fresh, half);
+    if (!may_be_pressed && movement_of(margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
       return take(fresh, b_in_a, -1);
     if (!contact(first_).fixed_a && pass_for_certain(fresh, axis, on_a.velocity, on_b.velocity, dt)) return;
     const LookAhead seen = look_ahead(on_a, on_b, fresh, margin, half, dt);
-    if (seen.is_fast && is_swept(a_, b_)) {
+    if (seen.is_watched && is_swept(a_, b_)) {
       const Contact& c = contact(first_);
       narrow_phase_.fast.push_back({first_, c.a, c.b, pose_a(), pose_b(), seen.first, children});
     }
