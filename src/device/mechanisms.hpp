@@ -5,18 +5,22 @@
 #include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/mechanism_arrays.hpp"
+#include "dynamics/torn_joint.hpp"
 #include "exec/atomic.hpp"
 
 namespace fathom::device {
 
+/// The bodies of a joint, and its anchors in body axes (m).
+struct JointEnds {
+  std::uint32_t a, b;
+  Vec3 anchor_a, anchor_b;
+
+  FATHOM_HD explicit JointEnds(const JointRecord& j) : a(j.a), b(j.b), anchor_a(j.anchor_a), anchor_b(j.anchor_b) {}
+};
+
 /// Bodies and joints with the interface that MechanismSolver expects, from sets that allow the writes it does.
 template <class BodySet, class JointSet>
 struct LinkedBodies {
-  struct Ends {
-    std::uint32_t a, b;
-    Vec3 anchor_a, anchor_b;
-  };
-
   const BodySet* bodies;
   const JointSet* joints;
   const Mechanisms<mechanism_states>* mechanisms;
@@ -62,10 +66,7 @@ struct LinkedBodies {
     const Vec3 moved = mul_add(body.moved.xyz(), h, mean_velocity(Vec3{}, bodies->motion[link.body].acceleration, h));
     body.moved = quad(moved, body.moved.w);
   }
-  FATHOM_HD Ends joint(std::uint32_t slot) const {
-    const JointRecord& j = joints->records[slot];
-    return {j.a, j.b, j.anchor_a, j.anchor_b};
-  }
+  FATHOM_HD JointEnds joint(std::uint32_t slot) const { return JointEnds(joints->records[slot]); }
   FATHOM_HD Vec3 last_impulse(std::uint32_t slot) const { return joints->records[slot].impulse; }
   FATHOM_HD const GenericJoint& generic_joint(std::uint32_t slot) const { return joints->generic[slot]; }
   FATHOM_HD const GenericImpulse& generic_impulse(std::uint32_t slot) const { return joints->generic_impulses[slot]; }
@@ -107,6 +108,7 @@ struct TakeMechanisms {
 /// the inertia that the body needs.
 struct CheckLinks {
   Bodies<body_supports> bodies;
+  Joints<> joints;
   Mechanisms<mechanism_records> mechanisms;
   Counters* counters;
 
@@ -118,10 +120,19 @@ struct CheckLinks {
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
     if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
     if (link.is_copy()) return;
-    const float inertia = link.min_inertia(bodies.constants[link.body].inverse_mass);
+    const float inertia = link.min_inertia(inverse_mass(link.body));
     if (is_solved && inertia > 1 && is_in_contact(link.body)) require(link.body, inertia);
+    if (const float torn = inertia_where_torn(*this, mechanisms.links, i); is_solved && torn > 1)
+      require(link.body, torn);
     if (bodies.touching[link.body] != link.joints() || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
   }
+
+  // For `inertia_where_torn`.
+  FATHOM_HD JointEnds joint(std::uint32_t slot) const { return JointEnds(joints.records[slot]); }
+  FATHOM_HD const GenericJoint& generic_joint(std::uint32_t slot) const { return joints.generic[slot]; }
+  FATHOM_HD const Pose& pose(std::uint32_t i) const { return bodies.poses[i]; }
+  FATHOM_HD float inverse_mass(std::uint32_t i) const { return bodies.constants[i].inverse_mass; }
+  FATHOM_HD float radius(std::uint32_t i) const { return bodies.constants[i].radius; }
 
  private:
   FATHOM_HD bool is_in_contact(std::uint32_t body) const {

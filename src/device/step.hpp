@@ -168,7 +168,7 @@ class Step {
     if (has_joints())
       device_.parallel_groups(joint_groups(), LayOutConstraints<JointsToLayOut>{joints, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
-    if (has_mechanisms()) device_.parallel_for(links(), CheckLinks{bodies_, mechanisms_, counters_});
+    if (has_mechanisms()) device_.parallel_for(links(), CheckLinks{bodies_, joints_, mechanisms_, counters_});
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
     if (has_mechanisms()) device_.parallel_for(links(), PrepareMechanisms{bodies_, joints_, mechanisms_, counters_});
     device_.parallel_groups(

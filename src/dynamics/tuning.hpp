@@ -155,6 +155,8 @@ inline constexpr float unheld_share = 0.05f;
 /// a, s and b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where (h
 /// ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up in chains of five or more.
 /// s. A joint that gave nothing back (a = 0) would blow up in chains of five or more.
+/// Gap of a joint, as a share of the smaller body's bounding radius, from which on it counts as torn (torn_joint.hpp).
+inline constexpr float torn_share = 0.03f;
 inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 0.6f;
 /// Fraction of its error that a coupling closes in a substep if its bodies have no other couplings, and no joints
 /// except to bodies that cannot be pushed. Its one row then sees everything that it moves, so it need not be as soft as

@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include "dynamics/torn_joint.hpp"
+
 namespace fathom::native {
 
 namespace {
@@ -41,6 +43,7 @@ struct Mechanisms::Access {
   }
   bool is_isotropic(std::uint32_t i) const { return bodies[i].isotropic; }
   float inverse_mass(std::uint32_t i) const { return bodies[i].inverse_mass; }
+  float radius(std::uint32_t i) const { return bodies[i].radius; }
   const SymMat3& inertia(std::uint32_t i) const { return bodies[i].inertia; }
   const Pose& pose(std::uint32_t i) const { return body_state.poses[i]; }
   SymMat3 response(std::uint32_t /*i*/, const MechanismLink& link) const { return response_of(link.body); }
@@ -160,6 +163,14 @@ void Mechanisms::note_swings(std::uint32_t number) {
   });
 }
 
+void Mechanisms::note_torn(std::uint32_t number) {
+  const MechanismSolver<Access> direct = solver();
+  each(batches_[number], [&](const Mechanism& m) {
+    for (std::uint32_t i = m.first; i < m.end; ++i)
+      torn_[i] = inertia_where_torn(direct.access, trees_.links().data(), i);
+  });
+}
+
 /// If one body of a mechanism lay on something, the mechanism would settle at the velocity meant for the others between
 /// positions. So would a driven one, whose drives aim at a velocity.
 bool Mechanisms::does_swing(const Mechanism& m) const {
@@ -199,6 +210,7 @@ void Mechanisms::find() {
   order_.resize(trees_.mechanisms().size());
   for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
   states_.resize(trees_.links().size());
+  torn_.assign(trees_.links().size(), 1);
   generic_.resize(trees_.generic());
   closures_.resize(trees_.closure_floats());
   find_shapes();
@@ -324,8 +336,8 @@ void Mechanisms::give_memory() {
 std::size_t Mechanisms::memory_bytes() const {
   return trees_.memory_bytes() + states_.capacity() * sizeof(LinkState) + generic_.capacity() * sizeof(JointLink) +
          closures_.capacity() * sizeof(float) + joints_.capacity() * sizeof(Joints) +
-         leaning_.capacity() * sizeof(Leaning) + batches_.capacity() * sizeof(MechanismBatch) +
-         batch_memory_.capacity() * sizeof(Line) +
+         leaning_.capacity() * sizeof(Leaning) + torn_.capacity() * sizeof(float) +
+         batches_.capacity() * sizeof(MechanismBatch) + batch_memory_.capacity() * sizeof(Line) +
          (order_.capacity() + first_of_group_.capacity() + batch_numbers_.capacity() + shapes_.capacity() +
           group_of_.capacity()) *
              sizeof(std::uint32_t);

@@ -45,13 +45,18 @@ class Mechanisms {
 
   /// Notes which of their bodies swing in this step (`BodyState::swings`).
   void note_swings(std::uint32_t batch);
+  /// Notes the inertia that torn joints require (dynamics/torn_joint.hpp).
+  void note_torn(std::uint32_t batch);
 
-  /// Bodies with contacts, and the inertia these require (`MechanismLink::min_inertia`).
-  struct Leaning {
-    std::uint32_t slot;
-    float inertia;  ///< as a multiple of the body's own
-  };
-  std::span<const Leaning> leaning() const { return leaning_; }
+  /// Calls act(slot, inertia) for bodies that need more than their own inertia, as a multiple of it: those with
+  /// contacts
+  /// (`MechanismLink::min_inertia`), and those at torn joints.
+  template <class Act>
+  void for_each_inertia(const Act& act) const {
+    for (const Leaning& l : leaning_) act(l.slot, l.inertia);
+    for (std::size_t i = 0; i < torn_.size(); ++i)
+      if (torn_[i] > 1) act(trees_.links()[i].body, torn_[i]);
+  }
 
   /// Like those of MechanismSolver.
   void prepare(std::uint32_t batch);
@@ -69,6 +74,10 @@ class Mechanisms {
   struct Access;
   struct Source;
 
+  struct Leaning {
+    std::uint32_t slot;
+    float inertia;  ///< as a multiple of the body's own
+  };
   /// A body's joints.
   struct Joints {
     std::uint32_t count = 0;
@@ -120,6 +129,7 @@ class Mechanisms {
   std::vector<std::uint32_t> group_of_;
   std::vector<Joints> joints_;  // by slot of a body: its coloured joints
   std::vector<Leaning> leaning_;
+  std::vector<float> torn_;  // by link: the inertia that torn joints require
 };
 
 }  // namespace fathom::native

@@ -274,7 +274,9 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
   if (def_.solver.method != Solver::soft) return;
   supports_.update(in_contact.slots, layout_, has_moved, step);
   mechanisms_.update(layout_, has_moved, pool_.size());
-  for (const auto& [slot, inertia] : mechanisms_.leaning()) supports_.overloads().require(slot, inertia);
+  for_each_number(mechanisms_.all(), [this](std::uint32_t mechanism) { mechanisms_.note_torn(mechanism); });
+  mechanisms_.for_each_inertia(
+      [this](std::uint32_t slot, float inertia) { supports_.overloads().require(slot, inertia); });
   note_swings();
 }
 
