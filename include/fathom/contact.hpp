@@ -44,7 +44,7 @@ struct ContactInfo {
   Vec3 normal;                 ///< unit, from a to b
   int point_count = 0;         ///< number of valid `points`
   ContactPointInfo points[4];  ///< the contact points
-  int colour = -1;             ///< in the constraint graph; −1 if the pair has none (asleep, or solved one by one)
+  int colour = -1;             ///< in the constraint graph; −1 if the pair has none (asleep, or none was free)
   std::uint32_t child_a = 0;   ///< if a is a compound: which child, see `Compound::children`
   std::uint32_t child_b = 0;   ///< if b is a compound
 };

@@ -120,10 +120,10 @@ struct CheckLinks {
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
     if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
     if (link.is_copy()) return;
-    const float inertia = link.min_inertia(inverse_mass(link.body));
-    if (is_solved && inertia > 1 && is_in_contact(link.body)) require(link.body, inertia);
-    if (const float torn = inertia_where_torn(*this, mechanisms.links, i); is_solved && torn > 1)
-      require(link.body, torn);
+    if (is_solved && is_in_contact(link.body)) {
+      const float inertia = link.min_inertia(inverse_mass(link.body));
+      require(link.body, max(inertia, inertia_where_torn(*this, mechanisms.links, i)));
+    }
     if (bodies.touching[link.body] != link.joints() || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
   }
 
@@ -139,6 +139,7 @@ struct CheckLinks {
     return (bodies.colours[body] & ~bodies.joint_colours[body]) | (counters->any_further ? bodies.further[body] : 0);
   }
   FATHOM_HD void require(std::uint32_t body, float inertia) const {
+    if (!(inertia > 1)) return;
     BodyLoad& load = bodies.support[body].load;
     load.inertia_scale = max(load.inertia_scale, inertia);
     exec::atomic_store(counters->loaded_step, counters->step);

@@ -167,7 +167,8 @@ void Mechanisms::note_torn(std::uint32_t number) {
   const MechanismSolver<Access> direct = solver();
   each(batches_[number], [&](const Mechanism& m) {
     for (std::uint32_t i = m.first; i < m.end; ++i)
-      torn_[i] = inertia_where_torn(direct.access, trees_.links().data(), i);
+      torn_[i] =
+          is_in_contact(trees_.links()[i].body) ? inertia_where_torn(direct.access, trees_.links().data(), i) : 1;
   });
 }
 
@@ -221,7 +222,7 @@ void Mechanisms::find_leaning() {
   leaning_.clear();
   for (const MechanismLink& link : trees_.links()) {
     const float inertia = link.min_inertia(bodies_[link.body].inverse_mass);
-    if (inertia > 1 && constraints_of(link.body) > joints_[link.body].count) leaning_.push_back({link.body, inertia});
+    if (inertia > 1 && is_in_contact(link.body)) leaning_.push_back({link.body, inertia});
   }
 }
 
@@ -236,6 +237,8 @@ void Mechanisms::count_joints() {
     }
   }
 }
+
+bool Mechanisms::is_in_contact(std::uint32_t slot) const { return constraints_of(slot) > joints_[slot].count; }
 
 std::uint32_t Mechanisms::constraints_of(std::uint32_t slot) const {
   return static_cast<std::uint32_t>(std::popcount(state_.colour_mask[slot])) + state_.overflow_count[slot];

@@ -45,7 +45,7 @@ class Mechanisms {
 
   /// Notes which of their bodies swing in this step (`BodyState::swings`).
   void note_swings(std::uint32_t batch);
-  /// Notes the inertia that torn joints require (dynamics/torn_joint.hpp).
+  /// Notes the inertia that torn joints of bodies with contacts require (dynamics/torn_joint.hpp).
   void note_torn(std::uint32_t batch);
 
   /// Calls act(slot, inertia) for bodies that need more than their own inertia, as a multiple of it: those with
@@ -86,6 +86,7 @@ class Mechanisms {
 
   bool is_stale() const;
   std::uint32_t constraints_of(std::uint32_t slot) const;
+  bool is_in_contact(std::uint32_t slot) const;
   bool does_swing(const Mechanism& mechanism) const;
   void find();
   void count_joints();
