@@ -142,7 +142,7 @@ TEST(MassSplitting, IsTheSameForAnyNumberOfThreadsAndAfterASnapshot) {
 }
 
 // Most of the plate's contacts are near misses. If each had a part of the plate, the few that carry it would push a
-// plate that is too light, and it would rock for ever.
+// plate that is too light, and it would rock forever.
 TEST(MassSplitting, APlateOnManyBumpsComesToRest) {
   World world(on_device(test::sleepy_world()));
   test::Generator random(3);

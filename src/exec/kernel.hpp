@@ -58,7 +58,7 @@ enum class Wait : std::uint32_t {
 ///
 /// Optional: `void report_overrun()`, called if there are more phases or items than were launched for; the excess is
 /// not run. Optional: `bool may_exceed_launch(plan, cursor)`, true for phases that may have more items than that, which
-/// work-items then run in turns. Optional: `bool needs_barriers(plan)`, false if items wait for their inputs
+/// work-items run one after the other. Optional: `bool needs_barriers(plan)`, false if items wait for their inputs
 /// themselves, which they may where `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers
 /// cost little, which makes it true. Or `Wait wait_before(plan, cursor)`, which chooses for each phase but the first.
 template <class K>
