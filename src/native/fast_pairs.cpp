@@ -14,15 +14,20 @@ namespace fathom::native {
 Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& fresh, const Inspection& seen,
                               ContactManifold* manifold) const {
   const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
-  const LookAhead found = look_ahead({a.geometry, a.radius, state.poses[c.a], state.velocities[c.a]},
-                                     {b.geometry, b.radius, state.poses[c.b], state.velocities[c.b]}, fresh,
-                                     seen.margin, min(half_thickness(a), half_thickness(b)), dt);
+  const float half = min(half_thickness(a), half_thickness(b));
+  const LookAhead found =
+      look_ahead({a.geometry, a.radius, state.poses[c.a], state.velocities[c.a]},
+                 {b.geometry, b.radius, state.poses[c.b], state.velocities[c.b]}, fresh, seen.margin, half, dt);
   if (found.is_watched && is_swept(a, b)) {
     const Pose &pose_a = state.poses[c.a], &pose_b = state.poses[c.b];
     fast.push_back({index, c.a, c.b, pose_a, pose_b, found.first});
   }
   if (found.ahead == Ahead::meets) return put_kept(index, c, found.manifold, found.b_in_a, found.time, manifold);
-  return put_kept(index, c, found.ahead == Ahead::nothing ? Manifold{} : fresh, seen.b_in_a, -1, manifold);
+  const bool passes = found.ahead == Ahead::nothing;
+  const Change change = put_kept(index, c, passes ? Manifold{} : fresh, seen.b_in_a, -1, manifold);
+  // The next step must see it again.
+  if (manifold && change == Change::nothing && c.fixed_a && is_pressed(fresh, half)) manifold->forget_build();
+  return change;
 }
 
 namespace {

@@ -132,15 +132,13 @@ Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh,
   // The bounds of boxes suffice to tell that they are slow: no need for BodyInfo.
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
   const float half = min(min_component(a.half_extents), min_component(b.half_extents));
-  // Of hulls, they are thicker than the shape: half the depth.
+  // A box may be thicker than the shape in it: half the depth.
   const bool may_be_pressed = c.fixed_a && is_pressed(fresh, 0.5f * half);
   if (!may_be_pressed && movement_of(seen.margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
     return put_kept(index, c, fresh, seen.b_in_a, -1, manifold);
   if (!c.fixed_a && pass_for_certain(fresh, c.axis, state.velocities[c.a], state.velocities[c.b], dt))
     return put(index, c, {}, seen.b_in_a, -1, manifold);
-  const Change change = take_fast(index, c, fresh, seen, manifold);
-  if (may_be_pressed && manifold && change == Change::nothing) manifold->forget_build();  // the next step must see it
-  return change;
+  return take_fast(index, c, fresh, seen, manifold);
 }
 
 Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const NarrowPhase& narrow_phase) {
