@@ -142,8 +142,8 @@ struct alignas(64) SolverQuads {
   }
 };
 
-/// A body in a sweep over the overflow (solve.hpp): its sums of velocity, in units of 2⁻³⁰ m/s and rad/s, two's
-/// complement, because sums of integers do not depend on the order of their terms.
+/// A body in a sweep over the overflow (mass_splitting.hpp): its sums of velocity, in units of 2⁻³⁰ m/s and rad/s,
+/// two's complement, because sums of integers do not depend on the order of their terms.
 struct SplitBody {
   std::uint64_t linear[3], angular[3];
   std::uint32_t parts;  ///< number of constraints that act on it

@@ -7,7 +7,7 @@
 // 1993). Priorities are a hash of the pair, so the outcome depends only on the contacts. A body's colours are the bits
 // of one word, and of a second one that is used only when the first is full. A contact that finds no free colour, or
 // cannot choose within the rounds, is in this step's overflow, whose constraints share out the masses of their bodies
-// (solve.hpp), and tries again in the next step: no contact is ever left out.
+// (mass_splitting.hpp), and tries again in the next step: no contact is ever left out.
 //
 // Joints come with a colour (device/joint_arrays.hpp), which is also set in their bodies' words. In the layout a
 // colour's joints follow its contacts.
