@@ -364,8 +364,7 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   if (run.lost() > 0) return record;
   // At rest, no centre may be beyond a surface. A hit may press it there for a moment.
   run.look_for_bodies_outside(rests ? 0 : 1);
-  record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known =
-      has_joints ? known_of_heaps : "";
+  record.at_most("bodies outside the bin or under the floor", run.outside(), 0);
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
   record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
   // A moving floor pushes bodies that are jammed against a wall.
