@@ -21,6 +21,16 @@ WorldDef on_device(WorldDef def) {
   return def;
 }
 
+/// The largest overflow of these steps.
+std::uint32_t max_overflow(World& world, int steps) {
+  std::uint32_t overflow = 0;
+  for (int step = 0; step < steps; ++step) {
+    world.step();
+    overflow = std::max(overflow, world.profile().counts.overflow);
+  }
+  return overflow;
+}
+
 BodyDef fixed(const Shape& shape, Vec3 position) {
   BodyDef def;
   def.motion = MotionType::fixed;
@@ -94,12 +104,7 @@ TEST(MassSplitting, GrainsComeToRestOnARock) {
   World world(on_device(test::sleepy_world()));
   world.add(test::ground());
   const std::vector<BodyId> grains = add_rock_and_grains(world, 0.3f);
-  std::uint32_t most = 0;
-  for (int step = 0; step < 240; ++step) {
-    world.step();
-    most = std::max(most, world.profile().counts.overflow);
-  }
-  EXPECT_GT(most, 400u);
+  EXPECT_GT(max_overflow(world, 240), 400u);
   EXPECT_EQ(world.profile().counts.active, 0u);
   for (const BodyId id : grains) EXPECT_NEAR(world.pose(id).position.z, 2.58f, 2e-3f);
 }
@@ -110,12 +115,7 @@ TEST(MassSplitting, KeepsMomentum) {
   World world(def);
   const std::vector<BodyId> grains = add_rock_and_grains(world, 0.3f);
   for (const BodyId id : grains) world.set_velocity(id, {1, 0, -5}, {});
-  std::uint32_t most = 0;
-  for (int step = 0; step < 30; ++step) {
-    world.step();
-    most = std::max(most, world.profile().counts.overflow);
-  }
-  EXPECT_GT(most, 100u);
+  EXPECT_GT(max_overflow(world, 30), 100u);
   Vec3 sum;
   for (const BodyId id : world.bodies()) sum += world.mass(id) * world.velocity(id).linear;
   const float whole = 4 * 625;
@@ -155,12 +155,7 @@ TEST(MassSplitting, APlateOnManyBumpsComesToRest) {
     const auto place = [&] { return test::uniform(random, -4, 4); };
     world.add(test::dynamic(box({half(), half(), half()}), {place(), place(), test::uniform(random, 1.2f, 4)}, 500));
   }
-  std::uint32_t most = 0;
-  for (int step = 0; step < 600; ++step) {
-    world.step();
-    most = std::max(most, world.profile().counts.overflow);
-  }
-  EXPECT_GT(most, 100u);
+  EXPECT_GT(max_overflow(world, 600), 100u);
   EXPECT_EQ(world.profile().counts.active, 0u);
   EXPECT_NEAR(world.pose(plate).position.z, 0.4f, 5e-3f);
 }
