@@ -275,7 +275,6 @@ TEST_P(Belts, MeshesAndFieldsAreBeltsToo) {
 }
 
 TEST_P(Belts, AChildOfACompoundHasItsOwnAxes) {
-  if (is_device()) GTEST_SKIP() << "the device has no compounds";
   World world(quiet());
   Material moving;
   moving.surface_velocity = {1, 0, 0};

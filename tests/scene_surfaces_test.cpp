@@ -406,10 +406,9 @@ TEST(SceneSurface, IsRefusedByTheDeviceSimulator) {
     const SceneInstance instance(scene, world);
     ADD_FAILURE() << "no error";
   } catch (const Error& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "scene: body 0: add body: the device simulator has no meshes, height fields and compounds yet; take the native "
-        "or the hybrid one");
+    EXPECT_STREQ(error.what(),
+                 "scene: body 0: add body: the device simulator has no meshes and height fields yet; take the native "
+                 "or the hybrid one");
   }
 }
 

@@ -278,7 +278,7 @@ TEST_P(Sensor, IsInSnapshots) {
 }
 
 TEST(SensorShapes, AreOfAnyKind) {
-  for (const SimulatorKind kind : {SimulatorKind::native, SimulatorKind::hybrid}) {
+  for (const SimulatorKind kind : {SimulatorKind::native, SimulatorKind::hybrid, SimulatorKind::device}) {
     WorldDef def;
     def.simulator = kind;
     def.device = test_device();

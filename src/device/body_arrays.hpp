@@ -29,10 +29,12 @@ enum BodyBits : std::uint32_t {
   filtered_bit = 32,  ///< its filter may keep others out
   bullet_bit = 64,
   moving_surface_bit = 128,  ///< it has a surface velocity
-  shape_shift = 8,           ///< ShapeType, two bits
+  shape_shift = 8,           ///< ShapeType
+  shape_bits = 7,
   friction_rule_shift = 12,
   restitution_rule_shift = 16,
-  rule_bits = 15
+  rule_bits = 15,
+  child_bit = 1 << 20,  ///< the index holds no body but a child of a compound (pieces.hpp)
 };
 
 /// Data of a body that steps only read: four quads.
@@ -44,10 +46,10 @@ struct alignas(16) BodyConstants {
   Vec3 half_extents;
   float shape_radius = 0;
   float gravity_scale = 0, linear_damping = 0, angular_damping = 0;
-  std::uint32_t hull = 0;  ///< index of the shape's hull
+  std::uint32_t hull = 0;  ///< index of the shape's hull; for a compound, number of its children
   float friction = 0, restitution = 0;
-  std::int32_t group = 0;  ///< of its filter
-  std::uint32_t unused = 0;
+  std::int32_t group = 0;     ///< of its filter
+  std::uint32_t link = none;  ///< for a compound, index of its first child; for a child, index of its body
 
   FATHOM_HD MotionType motion() const { return static_cast<MotionType>(bits & motion_bits); }
   FATHOM_HD bool is_dynamic() const { return motion() == MotionType::dynamic; }
@@ -56,7 +58,8 @@ struct alignas(16) BodyConstants {
   FATHOM_HD bool is_bullet() const { return bits & bullet_bit; }
   FATHOM_HD bool has_moving_surface() const { return bits & moving_surface_bit; }
   FATHOM_HD bool is_filtered() const { return bits & filtered_bit; }
-  FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & 3u); }
+  FATHOM_HD bool is_child() const { return bits & child_bit; }
+  FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & shape_bits); }
 };
 static_assert(sizeof(BodyConstants) == 64);
 
@@ -211,6 +214,7 @@ struct Bodies {
   Of<Pose, body_data> targets;  ///< poses of kinematic bodies at the end of the step
   Of<Vec3, body_data>
       surface_velocities;  ///< m/s, body axes, for bodies with `has_moving_surface`; null if there never were any
+  Of<Pose, body_data> child_poses;  ///< of children in their compounds; null if there never were any
   HullArrays hulls;
 
   // Moved by steps.

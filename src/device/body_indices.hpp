@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <deque>
 #include <fathom/body.hpp>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,12 @@ struct FormerOwner {
   std::uint64_t step;  ///< the step whose edits removed it
   BodyId id;
   std::uint32_t index, unused = 0;
+};
+
+/// Successive indices of a compound's children.
+struct ChildRange {
+  std::uint64_t step;  ///< the step whose edits removed the compound
+  std::uint32_t first, count;
 };
 
 class BodyIndices {
@@ -55,6 +62,37 @@ class BodyIndices {
     note_loss(former_.back());
   }
 
+  /// Assigns `count` successive indices, which belong to no slot, to the children of the compound in `slot`, added by
+  /// the edits before step `step`.
+  void add_children(std::uint32_t slot, std::uint32_t count, std::uint64_t step) {
+    while (!resting_children_.empty() && resting_children_.front().step < step) {
+      free_children_[resting_children_.front().count].push_back(resting_children_.front().first);
+      resting_children_.pop_front();
+    }
+    if (first_child_.size() <= slot) first_child_.resize(slot + 1, none);
+    std::vector<std::uint32_t>& free = free_children_[count];
+    if (free.empty()) {
+      first_child_[slot] = size();
+      slots_.resize(slots_.size() + count, none);
+    } else {
+      first_child_[slot] = free.back();
+      free.pop_back();
+    }
+  }
+  /// Releases the children's indices; call before `remove`.
+  void remove_children(std::uint32_t slot, std::uint32_t count, std::uint64_t step) {
+    resting_children_.push_back({step, std::exchange(first_child_[slot], none), count});
+  }
+  /// Index of the first child of the compound in `slot`.
+  std::uint32_t first_child(std::uint32_t slot) const { return first_child_[slot]; }
+  /// Ranges of children without a compound.
+  std::vector<ChildRange> unused_children() const {
+    std::vector<ChildRange> ranges(resting_children_.begin(), resting_children_.end());
+    for (const auto& [count, firsts] : free_children_)
+      for (const std::uint32_t first : firsts) ranges.push_back({0, first, count});
+    return ranges;
+  }
+
   /// Upper bound of all indices: in use, free or not yet free.
   std::uint32_t size() const { return static_cast<std::uint32_t>(slots_.size()); }
   std::uint32_t of(std::uint32_t slot) const { return of_slot_[slot]; }
@@ -76,7 +114,7 @@ class BodyIndices {
     while (!former_.empty() && former_.front().step < step) former_.pop_front();
   }
 
-  /// Index i becomes new_of[i].
+  /// Index i becomes new_of[i]; a compound's children stay together.
   void reorder(const std::vector<std::uint32_t>& new_of) {
     std::vector<std::uint32_t> slots(slots_.size());
     for (std::uint32_t i = 0; i < slots.size(); ++i) slots[new_of[i]] = slots_[i];
@@ -84,6 +122,11 @@ class BodyIndices {
     for (std::uint32_t& index : of_slot_)
       if (index != none) index = new_of[index];
     for (std::uint32_t& index : free_) index = new_of[index];
+    for (std::uint32_t& index : first_child_)
+      if (index != none) index = new_of[index];
+    for (ChildRange& range : resting_children_) range.first = new_of[range.first];
+    for (auto& [count, firsts] : free_children_)
+      for (std::uint32_t& first : firsts) first = new_of[first];
     for (FormerOwner& f : resting_) f.index = new_of[f.index];
     for (FormerOwner& f : former_) f.index = new_of[f.index];
     list_losses();
@@ -93,17 +136,40 @@ class BodyIndices {
   static void archive(Self& self, Archive& a) {
     std::vector<FormerOwner> resting(self.resting_.begin(), self.resting_.end());
     std::vector<FormerOwner> former(self.former_.begin(), self.former_.end());
-    a(self.of_slot_, self.slots_, self.free_, resting, former);
+    std::vector<ChildRange> resting_children(self.resting_children_.begin(), self.resting_children_.end());
+    std::vector<ChildRange> free_children;
+    for (const auto& [count, firsts] : self.free_children_)
+      for (const std::uint32_t first : firsts) free_children.push_back({0, first, count});
+    a(self.of_slot_, self.slots_, self.free_, resting, former, self.first_child_, resting_children, free_children);
     if constexpr (Archive::reading) {
+      self.resting_children_.assign(resting_children.begin(), resting_children.end());
+      for (const ChildRange& range : free_children) self.free_children_[range.count].push_back(range.first);
       self.resting_.assign(resting.begin(), resting.end());
       self.former_.assign(former.begin(), former.end());
       self.list_losses();
     }
   }
-  /// Whether the data read is consistent with itself and with the bodies alive in `slot_count` slots.
-  template <class IsAlive>
-  bool is_sound(std::uint32_t slot_count, const IsAlive& is_alive) const {
-    if (of_slot_.size() > slot_count) return false;
+  /// Whether the data read is consistent with itself and with the bodies alive in `slot_count` slots, of which
+  /// `children_of(slot)` is the number of children.
+  template <class IsAlive, class ChildrenOf>
+  bool is_sound(std::uint32_t slot_count, const IsAlive& is_alive, const ChildrenOf& children_of) const {
+    if (of_slot_.size() > slot_count || first_child_.size() > slot_count) return false;
+    std::vector<ChildRange> ranges = unused_children();
+    for (std::uint32_t slot = 0; slot < slot_count; ++slot) {
+      const std::uint32_t first = slot < first_child_.size() ? first_child_[slot] : none;
+      const std::uint32_t count = is_alive(slot) ? children_of(slot) : 0;
+      if ((first != none) != (count > 0)) return false;
+      if (count > 0) ranges.push_back({0, first, count});
+    }
+    std::ranges::sort(ranges, {}, &ChildRange::first);
+    std::uint64_t end = 0;
+    for (const ChildRange& range : ranges) {
+      if (range.first < end || range.count == 0) return false;
+      end = std::uint64_t{range.first} + range.count;
+      if (end > size()) return false;
+      for (std::uint64_t i = range.first; i < end; ++i)
+        if (slots_[i] != none) return false;
+    }
     for (std::uint32_t slot = 0; slot < slot_count; ++slot) {
       const std::uint32_t index = slot < of_slot_.size() ? of_slot_[slot] : none;
       if (is_alive(slot) ? index >= size() || slots_[index] != slot : index != none) return false;
@@ -139,7 +205,11 @@ class BodyIndices {
   std::vector<std::uint32_t> free_;
   std::deque<FormerOwner> resting_;  // in order of removal: not free before the next batch of edits
   std::deque<FormerOwner> former_;   // the same, for events
-  std::vector<Loss> losses_;         // by index
+  // Ranges are used again for as many children only: compounds of a kind come and go together.
+  std::vector<std::uint32_t> first_child_;                             // by slot; `none`: no compound
+  std::deque<ChildRange> resting_children_;                            // like `resting_`
+  std::map<std::uint32_t, std::vector<std::uint32_t>> free_children_;  // first indices, by number of children
+  std::vector<Loss> losses_;                                           // by index
 };
 
 }  // namespace fathom::device

@@ -17,6 +17,7 @@
 #include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
+#include "device/pieces.hpp"
 #include "device/tuning.hpp"
 #include "dynamics/integrate.hpp"
 #include "exec/atomic.hpp"
@@ -26,8 +27,8 @@
 
 namespace fathom::device {
 
-/// Unique for each pair of indices below 2²⁸: a bijection of 56-bit words, so neighbours need not choose one after the
-/// other.
+/// Unique for each pair of pieces, whose indices are below 2²⁸: a bijection of 56-bit words, so neighbours need not
+/// choose one after the other.
 FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
   constexpr std::uint64_t mask = (std::uint64_t{1} << 56) - 1;
   std::uint64_t x = std::uint64_t{a} << 28 | b;
@@ -136,8 +137,9 @@ struct ColourContacts {
     const std::uint32_t index = contacts.uncoloured[round % 2][k];
     Contact& c = contacts.contacts[index];
     if (!c.touching()) return;
+    const TouchingPieces pieces = pieces_of(bodies, c);
     // Later rounds have higher values, so earlier posts need no clearing.
-    const std::uint64_t mine = std::uint64_t{round + 1} << 56 | priority(c.a, c.b);
+    const std::uint64_t mine = std::uint64_t{round + 1} << 56 | priority(pieces.a, pieces.b);
     if (phase % 2 == 0) {
       exec::atomic_max(bodies.best[c.b], mine);
       if (!c.fixed_a()) exec::atomic_max(bodies.best[c.a], mine);

@@ -6,6 +6,7 @@
 
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
+#include "device/pieces.hpp"
 #include "dynamics/generic_joint.hpp"
 
 namespace fathom::device {
@@ -28,16 +29,16 @@ enum ConstraintBits : std::uint32_t {
 
 FATHOM_HD bool is_joint(std::uint32_t bits) { return (bits & point_bits) == point_bits; }
 
-/// Velocity of body i's surface relative to the body (m/s, world axes).
+/// Velocity of the surface of piece i relative to its body (m/s, world axes).
 template <BodyPart... written>
 FATHOM_HD Vec3 surface_velocity(const Bodies<written...>& bodies, std::uint32_t i) {
   if (!bodies.constants[i].has_moving_surface()) return {};
   return rotate(bodies.poses[i].rotation, bodies.surface_velocities[i]);
 }
-/// Contribution of two bodies' surfaces to the sliding velocity of B against A (m/s, world axes).
+/// Contribution of two pieces' surfaces to the sliding velocity of B against A (m/s, world axes).
 template <BodyPart... written>
-FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const PairRecord& pair) {
-  return surface_velocity(bodies, pair.b) - surface_velocity(bodies, pair.a);
+FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const TouchingPieces& pieces) {
+  return surface_velocity(bodies, pieces.b) - surface_velocity(bodies, pieces.a);
 }
 
 /// Start of the rows of constraint k; row r is 32·r quads further.

@@ -41,6 +41,7 @@ enum ContactBits : std::uint32_t {
   touch_halvings_shift = 20,
   apart_bit = 0x20000,              ///< a joint keeps the bodies from touching
   on_moving_surface_bit = 0x40000,  ///< a body has a moving surface; set once the contact has touched
+  in_parts_bit = 0x80000,           ///< a body is a compound: `children` counts (pieces.hpp)
 };
 
 struct alignas(16) Contact {
@@ -52,7 +53,11 @@ struct alignas(16) Contact {
   /// Penetration (m) that counts as touching (dynamics/overlap.hpp); below 0, the contact counts as deeper than it is
   /// (dynamics/lift.hpp).
   float offset = 0;
-  std::uint32_t unused = 0;
+  std::uint32_t children = 0;  ///< which children of two compounds touch: A's in the upper half, B's in the lower
+
+  FATHOM_HD bool in_parts() const { return bits & in_parts_bit; }
+  FATHOM_HD std::uint32_t child_a() const { return children >> 16; }
+  FATHOM_HD std::uint32_t child_b() const { return children & 0xffffu; }
 
   FATHOM_HD bool in_use() const { return a != none; }
   /// There is a manifold: the bodies touch or may do so soon.
@@ -89,6 +94,8 @@ enum Stop : std::uint32_t {
 struct alignas(8) PairRecord {
   std::uint32_t a, b;
 };
+/// In a record of a touch, with `a`: the bodies may touch in other parts, too.
+inline constexpr std::uint32_t part_tag = 1u << 31;
 
 /// A hit as the device reports it, with device indices.
 struct HitRecord {
@@ -267,7 +274,8 @@ struct Contacts {
   FATHOM_HD void note_touch(Contact& c, bool touches, Counters& counters) const {
     c.bits ^= in_touch_bit;
     const std::uint32_t k = exec::atomic_add(touches ? counters.begun : counters.ended, 1u);
-    (touches ? begun : ended)[event(counters.step + 1, k)] = {c.a, c.b};
+    const PairRecord record{c.in_parts() ? c.a | part_tag : c.a, c.b};
+    (touches ? begun : ended)[event(counters.step + 1, k)] = record;
   }
 
   template <ContactPart... fewer>

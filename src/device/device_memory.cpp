@@ -13,6 +13,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       targets_(m),
       surface_velocities_(m),
       poses_(m),
+      child_poses_(m),
       before_(m),
       ends_(m),
       velocities_(m),
@@ -62,12 +63,14 @@ void BodyMemory::reserve(std::size_t bodies) {
   if (ends_.size() > 0) ends_.grow(bodies);
   if (fixed_contact_.size() > 0) fixed_contact_.grow(bodies);
   if (surface_velocities_.size() > 0) surface_velocities_.grow(bodies, exec::Contents::keep);
+  if (child_poses_.size() > 0) child_poses_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 
 void BodyMemory::reserve_for_bullets() { ends_.grow(capacity_); }
 void BodyMemory::reserve_for_seams() { fixed_contact_.grow(capacity_); }
 void BodyMemory::reserve_for_surfaces() { surface_velocities_.grow(capacity_, exec::Contents::keep); }
+void BodyMemory::reserve_for_compounds() { child_poses_.grow(capacity_, exec::Contents::keep); }
 
 BodyArrays BodyMemory::arrays() {
   return {.slots = slots_.data(),
@@ -77,6 +80,7 @@ BodyArrays BodyMemory::arrays() {
           .forces = forces_.data(),
           .targets = targets_.data(),
           .surface_velocities = surface_velocities_.data(),
+          .child_poses = child_poses_.data(),
           .hulls = hulls,
           .poses = poses_.data(),
           .velocities = velocities_.data(),

@@ -40,6 +40,8 @@ class BodyMemory {
   void reserve_for_seams();
   /// What only moving surfaces need.
   void reserve_for_surfaces();
+  /// What only compounds need.
+  void reserve_for_compounds();
   /// Bodies that fit in every buffer; unchanged if `reserve` throws.
   std::size_t capacity() const { return capacity_; }
   BodyArrays arrays();
@@ -67,7 +69,7 @@ class BodyMemory {
   exec::Buffer<Force> forces_;
   exec::Buffer<Pose> targets_;
   exec::Buffer<Vec3> surface_velocities_;
-  exec::Buffer<Pose> poses_, before_, ends_;
+  exec::Buffer<Pose> poses_, child_poses_, before_, ends_;
   exec::Buffer<Velocity> velocities_;
   exec::Buffer<std::uint32_t> flags_;
   exec::Buffer<float> slow_time_;

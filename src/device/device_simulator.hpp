@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 #include "device/body_indices.hpp"
@@ -17,6 +18,8 @@
 #include "device/mirror_tree.hpp"
 #include "device/step.hpp"
 #include "exec/device.hpp"
+#include "geometry/compound_query.hpp"
+#include "native/pieces.hpp"
 #include "world/event_list.hpp"
 #include "world/joint_trees.hpp"
 #include "world/simulator.hpp"
@@ -71,7 +74,7 @@ class DeviceSimulator final : public Simulator {
 
   std::span<const Pose> poses() const override;
   std::span<const Velocity> velocities() const override;
-  Aabb bounds(std::uint32_t slot) const override { return fathom::bounds(bodies[slot].geometry, poses()[slot]); }
+  Aabb bounds(std::uint32_t slot) const override { return tight_bounds(bodies[slot].geometry, poses()[slot]); }
   std::optional<DevicePoses> device_poses() const override { return self().publish_poses(); }
   const Profile& current_profile() const override;
 
@@ -85,6 +88,12 @@ class DeviceSimulator final : public Simulator {
 
  private:
   using Event = typename D::Event;
+
+  /// The owner of a device index: a body, or a child of its compound.
+  struct PieceName {
+    std::uint32_t slot = none;  ///< `none`: nobody
+    std::uint32_t child = none;
+  };
 
   struct GravityChange {
     Vec3 gravity;  ///< m/s²
@@ -189,6 +198,9 @@ class DeviceSimulator final : public Simulator {
   /// Whether every step's results go to the host, not only requested ones.
   bool copies_results() const { return def.ahead > 0 && def.copy_results; }
 
+  /// Whether bodies may touch in several parts, which are counted as events arrive.
+  bool has_compounds() const { return shapes_ & shape_bit(ShapeType::compound); }
+
   /// If steps run ahead of reading, each one's events must be kept.
   std::size_t event_lists() const { return def.ahead > 0 ? max_pending_ : 1; }
 
@@ -218,7 +230,14 @@ class DeviceSimulator final : public Simulator {
   void add_edit(Edit edit);
   void list_last_edits();
   void constants_changed(std::uint32_t slot, std::uint32_t changes);
+  void add_data_edit(EditKind kind, std::uint32_t index, const BodyData& data);
   BodyData body_data(std::uint32_t slot);
+  BodyData child_data(std::uint32_t slot, std::uint32_t child);
+  BodyData surface_data(const BodyInfo& info, const Geometry& shape, const Material& material,
+                        const Filter& own_filter);
+  std::uint32_t children_of(std::uint32_t slot) const;
+  template <class Act>
+  void for_each_hull(std::uint32_t slot, const Act& act) const;
   void note_fixed(std::uint32_t slot);
 
   // Joints.
@@ -260,6 +279,7 @@ class DeviceSimulator final : public Simulator {
   void fetch_events() const;
   /// Collects the events of the finished step `number`, whose report is `report`.
   void collect_events(std::uint64_t number, const Report& report);
+  void merge_parts(std::vector<PairRecord>& begun, std::vector<PairRecord>& ended);
   void clear_events();
   template <class T>
   std::vector<T> download(const T* from, std::size_t count);
@@ -274,14 +294,15 @@ class DeviceSimulator final : public Simulator {
   void read_into(ByteReader& in, T* to, std::size_t room, std::size_t count, const Check& check);
   void restore_hulls();
   void make_room_for_restored(ByteReader& in, const Counters& counters);
-  void restore_bodies(ByteReader& in, const Counters& counters);
-  void restore_contacts(ByteReader& in, const Counters& counters);
+  std::vector<BodyConstants> restore_bodies(ByteReader& in, const Counters& counters);
+  void restore_contacts(ByteReader& in, const Counters& counters, const std::vector<BodyConstants>& constants);
   void restore_layout(ByteReader& in, const Counters& counters);
   void restore_joints(ByteReader& in, const Counters& counters);
   void restore_generic_joints(ByteReader& in, std::uint32_t count);
   void restore_list(ByteReader& in, const Counters& counters);
   void publish_restored();
-  void give_hull(BodyConstants& constants, std::uint32_t index);
+  std::vector<PieceName> name_pieces() const;
+  void give_links(BodyConstants& constants, const PieceName& name);
   void check_indices(const ByteReader& in, const Counters& counters) const;
 
   // Reading fetches missing data, which changes nothing that a reader could have seen.
@@ -347,6 +368,7 @@ class DeviceSimulator final : public Simulator {
   mutable EventList<HitEvent> hits_;
   mutable EventList<Quarantine> quarantined_;
   bool told_of_dropped_events_ = false;
+  std::unordered_map<std::uint64_t, std::uint32_t> touching_parts_;  // number, by the indices of two bodies
   mutable exec::PinnedBuffer<Contact> contacts_read_;
   mutable exec::PinnedBuffer<ContactManifold> manifolds_read_;
   mutable exec::PinnedBuffer<JointRecord> joints_read_;

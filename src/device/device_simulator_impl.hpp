@@ -145,6 +145,7 @@ void DeviceSimulator<D>::make_room() {
       contact_memory_.reserve_for_seams();
     }
     if (shapes_ & moving_surfaces_bit) body_memory_.reserve_for_surfaces();
+    if (has_compounds()) body_memory_.reserve_for_compounds();
   }
   const std::size_t old_list = published_memory_.order.size();
   if (published_memory_.needs(published_settings(), published_room())) {
@@ -168,8 +169,12 @@ template <exec::Device D>
 void DeviceSimulator<D>::choose_grid() {
   if (grid_base_ > 0) return;  // boxes store their level, which must not change
   std::vector<float> radii;
-  for (const BodyId id : bodies.living())
-    if (bodies[id.index].motion == MotionType::dynamic) radii.push_back(bodies[id.index].radius);
+  for (const BodyId id : bodies.living()) {
+    const BodyInfo& info = bodies[id.index];
+    if (info.motion != MotionType::dynamic) continue;
+    if (!info.geometry.is_compound()) radii.push_back(info.radius);
+    for (std::uint32_t k = 0; k < children_of(id.index); ++k) radii.push_back(native::piece_of(info, k).radius);
+  }
   float typical = 1;
   if (!radii.empty()) {
     const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
@@ -233,20 +238,45 @@ PublishedRoom DeviceSimulator<D>::published_room() const {
   return {body_memory_.capacity(), contact_memory_.capacity(), contact_memory_.manifold_capacity(), wanted_slots_};
 }
 
-/// Orders the bodies added before the first step along a space-filling curve.
+/// Orders the bodies added before the first step along a space-filling curve. Children follow all bodies, in the order
+/// of their compounds.
 template <exec::Device D>
 void DeviceSimulator<D>::order_in_space() {
-  std::vector<Vec3> positions(indices_.size());
-  for (const Edit& e : edits_)
+  std::vector<ChildRange> ranges = indices_.unused_children();
+  std::vector<bool> is_child(indices_.size());
+  const auto mark = [&](const ChildRange& range) { std::fill_n(is_child.begin() + range.first, range.count, true); };
+  for (const ChildRange& range : ranges) mark(range);
+  for (const BodyId id : bodies.living())
+    if (const std::uint32_t count = children_of(id.index)) mark({0, indices_.first_child(id.index), count});
+
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> rank(indices_.size()), heads;  // those without children: by index, and all
+  for (std::uint32_t i = 0; i < indices_.size(); ++i)
+    if (!is_child[i]) rank[i] = static_cast<std::uint32_t>(heads.size()), heads.push_back(i);
+  positions.resize(heads.size());
+  for (const Edit& e : edits_) {
+    if (is_child[e.index]) continue;
     if (e.kind == EditKind::add)
-      positions[e.index] = data_[e.data].pose.position;
+      positions[rank[e.index]] = data_[e.data].pose.position;
     else if (e.kind == EditKind::set_pose)
-      positions[e.index] = e.linear;
-  const std::vector<std::uint32_t> order = morton_order(positions);  // new → old
-  std::vector<std::uint32_t> new_of(order.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) new_of[order[i]] = i;
+      positions[rank[e.index]] = e.linear;
+  }
+  std::vector<std::uint32_t> new_of(indices_.size());
+  std::uint32_t next = 0;
+  std::vector<ChildRange> living;
+  for (const std::uint32_t k : morton_order(positions)) {
+    const std::uint32_t index = heads[k], slot = indices_.slot(index);
+    new_of[index] = next++;
+    if (const std::uint32_t count = slot != none ? children_of(slot) : 0)
+      living.push_back({0, indices_.first_child(slot), count});
+  }
+  ranges.insert(ranges.begin(), living.begin(), living.end());
+  for (const ChildRange& range : ranges)
+    for (std::uint32_t k = 0; k < range.count; ++k) new_of[range.first + k] = next++;
   indices_.reorder(new_of);
   for (Edit& e : edits_) e.index = new_of[e.index];
+  for (BodyData& data : data_)
+    if (data.constants.link != none) data.constants.link = new_of[data.constants.link];
   joint_mirror_.reorder(new_of);
   list_last_edits();
 }
@@ -258,7 +288,7 @@ void DeviceSimulator<D>::submit(PendingStep& pending, bool with_edits, Stop afte
   if (with_edits) stage_joint_edits(pending);
   if (with_edits) stage_mechanisms(pending);
   if (copies_results()) reserve_results(pending);
-  const bool brings_events = def.ahead > 0 || events_are_read_;
+  const bool brings_events = def.ahead > 0 || events_are_read_ || has_compounds();
   if (brings_events) reserve_events(buffers, first_events);
   pending.was_idle = pending.number > 1 && end_of(pending.number - 1).is_done();
   device_.mark(buffers.start);

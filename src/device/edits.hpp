@@ -57,7 +57,7 @@ struct alignas(16) BodyData {
   BodyConstants constants;
   BodyTensors tensors;
   FilterMasks filter;
-  Pose pose{};                ///< of a body that is added
+  Pose pose{};                ///< of a body that is added; of a child in its compound
   Velocity velocity{};        ///< of a body that is added
   std::uint32_t changes = 0;  ///< `Changes` to note when constants change
   std::uint32_t slot = none;  ///< of a body that is added
@@ -190,9 +190,11 @@ struct ApplyEdits {
     bodies.tensors[i] = data[e.data].tensors;
     bodies.filters[i] = data[e.data].filter;
     set_surface(i, data[e.data]);
+    if (c.is_child()) bodies.child_poses[i] = data[e.data].pose;
     bodies.poses[i] = data[e.data].pose;
     bodies.velocities[i] = data[e.data].velocity;
-    bodies.flags[i] = c.motion() == MotionType::fixed ? 0u : static_cast<std::uint32_t>(awake_flag);
+    const bool is_still = c.is_child() || c.motion() == MotionType::fixed;
+    bodies.flags[i] = is_still ? 0u : static_cast<std::uint32_t>(awake_flag);
     bodies.slow_time[i] = 0;
     bodies.colours[i] = bodies.further[i] = bodies.joint_colours[i] = bodies.best[i] = 0;
     bodies.touching[i] = 0;
@@ -227,6 +229,9 @@ struct ApplyEdits {
 
   FATHOM_HD void refit(std::uint32_t i, bool always, std::uint32_t changes) const {
     const BodyConstants& c = bodies.constants[i];
+    if (c.is_child()) return;
+    // Its children are placed before the next search, and more room than they need does no harm.
+    if (c.shape() == ShapeType::compound) return note(i, changes | box_change);
     const Velocity& v = bodies.velocities[i];
     const Aabb box = motion_box(bodies.geometry(i), c.radius, bodies.poses[i], v, dt);
     bodies.boxes[i] = box;
@@ -240,6 +245,7 @@ struct ApplyEdits {
   }
 
   FATHOM_HD void wake(std::uint32_t i) const {
+    if (bodies.constants[i].is_child()) return;
     bodies.slow_time[i] = 0;
     const std::uint32_t flags = bodies.flags[i];
     if (flags & awake_flag || bodies.constants[i].motion() == MotionType::fixed) return;

@@ -31,13 +31,14 @@ struct LookAheadPairs {
     const std::uint32_t pair = changes.contacts.fast_at(with_hulls, k);
     const std::uint32_t index = changes.contacts.fast[pair].contact;
     Contact c = changes.contacts.contacts[index];
-    const Mover a = mover<with_hulls>(bodies, c.a, bodies.poses[c.a], bodies.velocities[c.a]);
-    const Mover b = mover<with_hulls>(bodies, c.b, bodies.poses[c.b], bodies.velocities[c.b]);
+    const TouchingPieces pieces = pieces_of(bodies, c);
+    const Mover a = mover<with_hulls>(bodies, pieces.a, bodies.poses[pieces.a], bodies.velocities[pieces.a]);
+    const Mover b = mover<with_hulls>(bodies, pieces.b, bodies.poses[pieces.b], bodies.velocities[pieces.b]);
     const Pose b_in_a = relative(a.pose, b.pose);
     const float margin = speculative_margin(a.radius, b.radius, a.velocity, b.velocity, dt);
     AxisCache axis = c.axis;
     Manifold seen = collide_shapes<with_hulls>(a.geometry, b.geometry, b_in_a, margin, axis);
-    const float half = changes.half_of_thinner(c);
+    const float half = changes.half_of_thinner(pieces);
     const bool pressed = c.fixed_a() && is_pressed(seen, half);
     const LookAhead found = look_ahead<with_hulls>(a, b, seen, margin, half, dt);
     if constexpr (runs_in_teams) {
@@ -50,15 +51,15 @@ struct LookAheadPairs {
     const Pose& b_then = meets ? found.b_in_a : b_in_a;
     const auto& contacts = changes.contacts;
     const auto seams = seams_of(bodies, contacts);
-    if (seams.may_have(c.a)) seen = seams.kept(c.a, c.b, b_then, margin, seen).manifold;
+    if (seams.may_have(pieces)) seen = seams.kept(pieces, b_then, margin, seen).manifold;
     if (!changes.take(index, c, seen, b_then, meets ? found.time : -1)) {
       changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
       return;
     }
     if (pressed && c.touching()) contacts.manifolds[c.manifold].forget_build();  // the next step must see it
     if (found.is_watched && (c.fixed_a() || is_bullet(c.a) || is_bullet(c.b))) {
-      note_begin(c.a, a.pose);
-      note_begin(c.b, b.pose);
+      note_begin(c.a);
+      note_begin(c.b);
       contacts.fast[pair].next = chained(pair, c.b);
       if (!c.fixed_a()) contacts.next_of_a[pair] = chained(pair, c.a);
     }
@@ -67,7 +68,8 @@ struct LookAheadPairs {
  private:
   FATHOM_HD bool is_bullet(std::uint32_t body) const { return changes.bodies.constants[body].is_bullet(); }
 
-  FATHOM_HD void note_begin(std::uint32_t body, const Pose& pose) const {
+  FATHOM_HD void note_begin(std::uint32_t body) const {
+    const Pose& pose = changes.bodies.poses[body];
     changes.bodies.before[body] = {pose.position, 0, pose.rotation};
   }
 
@@ -132,10 +134,10 @@ struct HoldBackFast {
     std::uint32_t carrier = none;
     Aabb way;
     // In the order of indices: chains and grid cells have no fixed order.
-    for (std::uint32_t last = none;;) {
+    for (std::uint64_t last = no_obstacle;;) {
       const Obstacle o = round < first_search ? next_of_pairs(i, last, round == free_pairs)
                                               : next_on_way(i, last, way, round == beside_carrier);
-      if (o.body == none) {
+      if (o.key == no_obstacle) {
         if (!moved && (from_free || bodies.before[i].reserved == 0)) return false;
         if (round >= first_search && (is_free || round == beside_carrier)) return moved;
         if (round == last_search) {
@@ -144,26 +146,30 @@ struct HoldBackFast {
         }
         ++round;
         way = box_of_way(i);
-        last = none, is_free = true;
+        last = no_obstacle, is_free = true;
         continue;
       }
-      last = o.body;
+      last = o.key;
       Pose end;
       Velocity then;
       if (!is_held(o, i, end, then)) continue;
       moved = true, is_free = false;
-      if (bodies.constants[o.body].motion() == MotionType::kinematic) carrier = o.body;
+      if (bodies.constants[o.piece()].motion() == MotionType::kinematic) carrier = body_of(bodies, o.piece());
       if (o.contact != none) forget_build(o.contact);
       put(i, end, then);
     }
   }
 
-  /// A body that may hold another back.
+  static constexpr std::uint64_t no_obstacle = ~std::uint64_t{0};
+
+  /// A piece of a body that may hold back a piece of another.
   struct Obstacle {
-    std::uint32_t body = none;
-    std::uint32_t contact = none;  ///< of the fast pair, if there is one
-    bool is_free = false;          ///< it is dynamic
-    Pose begin;                    ///< as the step began
+    std::uint64_t key = no_obstacle;  ///< the two pieces
+    std::uint32_t contact = none;     ///< of the fast pair, if there is one
+    bool is_free = false;             ///< it is dynamic
+
+    FATHOM_HD std::uint32_t piece() const { return static_cast<std::uint32_t>(key >> 32); }
+    FATHOM_HD std::uint32_t held_piece() const { return static_cast<std::uint32_t>(key); }
   };
 
   FATHOM_HD void put(std::uint32_t i, const Pose& end, Velocity v) const {
@@ -198,9 +204,24 @@ struct HoldBackFast {
   }
 
   FATHOM_HD Aabb box_of_way(std::uint32_t i) const {
-    const float r = move.bodies.constants[i].radius;
-    const Vec3 begin = move.bodies.before[i].position, end = move.bodies.poses[i].position;
-    return grown(Aabb{min(begin, end), max(begin, end)}, r);
+    return box_of_way(i, move.bodies.before[i], move.bodies.poses[i]);
+  }
+  FATHOM_HD Aabb box_of_way(std::uint32_t piece, const Pose& begin, const Pose& end) const {
+    const Aabb centres{min(begin.position, end.position), max(begin.position, end.position)};
+    return grown(centres, move.bodies.constants[piece].radius);
+  }
+
+  /// Pose of a piece of a body with the pose `body`.
+  FATHOM_HD Pose pose_of(std::uint32_t piece, const Pose& body) const {
+    return move.bodies.constants[piece].is_child() ? body * move.bodies.child_poses[piece] : body;
+  }
+  FATHOM_HD Pose end_of_piece(std::uint32_t piece) const {
+    return pose_of(piece, move.bodies.poses[body_of(move.bodies, piece)]);
+  }
+  /// Velocity of a piece of a body with the pose `body` and the velocity `v`.
+  FATHOM_HD Velocity velocity_of(std::uint32_t piece, const Pose& body, const Velocity& v) const {
+    if (!move.bodies.constants[piece].is_child()) return v;
+    return velocity_of_child(move.bodies.child_poses[piece], body, v, advanced(body, v, move.p.dt), move.p.dt);
   }
 
   /// Which of two dynamic bodies the other holds back.
@@ -209,39 +230,50 @@ struct HoldBackFast {
     return !can_be_held(c.b) || (can_be_held(c.a) && is_a_lighter) ? c.a : c.b;
   }
 
-  /// The body with the lowest index above `last` (`none`: any) that holds body i back in a fast pair.
-  FATHOM_HD Obstacle next_of_pairs(std::uint32_t i, std::uint32_t last, bool is_free) const {
+  /// The first obstacle after `last` (`no_obstacle`: of all) that holds body i back in a fast pair.
+  FATHOM_HD Obstacle next_of_pairs(std::uint32_t i, std::uint64_t last, bool is_free) const {
     Obstacle next;
     for (std::uint32_t pair = move.bodies.fast_pair[i]; pair != none;) {
       const FastPair& f = contacts.fast[pair];
       const Contact& c = contacts.contacts[f.contact];
       const bool is_asked = c.fixed_a() ? !is_free : is_free && held_of(c) == i;
-      const std::uint32_t other = c.b == i ? c.a : c.b;
-      if (is_asked && (last == none || other > last) && other < next.body) next.body = other, next.contact = f.contact;
+      const TouchingPieces pieces = pieces_of(move.bodies, c);
+      const std::uint64_t key = c.b == i ? key_of(pieces.a, pieces.b) : key_of(pieces.b, pieces.a);
+      if (is_asked && is_after(last, key) && key < next.key) next.key = key, next.contact = f.contact;
       pair = c.b == i ? f.next : contacts.next_of_a[pair];
     }
     next.is_free = is_free;
-    if (next.body != none) next.begin = move.bodies.before[next.body];
     return next;
   }
 
-  /// The non-dynamic body with the lowest index above `last` (`none`: any) that was in the box, in world axes.
-  FATHOM_HD Obstacle next_on_way(std::uint32_t i, std::uint32_t last, const Aabb& way, bool only_fixed) const {
+  FATHOM_HD static std::uint64_t key_of(std::uint32_t obstacle, std::uint32_t held) {
+    return std::uint64_t{obstacle} << 32 | held;
+  }
+  FATHOM_HD static bool is_after(std::uint64_t last, std::uint64_t key) { return last == no_obstacle || key > last; }
+
+  /// The first non-dynamic obstacle after `last` (`no_obstacle`: of all) that was in the box, in world axes.
+  FATHOM_HD Obstacle next_on_way(std::uint32_t i, std::uint64_t last, const Aabb& way, bool only_fixed) const {
     const auto& bodies = move.bodies;
     Obstacle next;
+    const BodyConstants& c = bodies.constants[i];
+    const bool is_compound = c.shape() == ShapeType::compound;
     const auto ask = [&](std::uint32_t other) {
-      if ((last != none && other <= last) || other >= next.body) return;
       const MotionType motion = bodies.constants[other].motion();
       if (motion == MotionType::dynamic || (only_fixed && motion != MotionType::fixed)) return;
-      if (!overlaps(bodies.known[other].box(), way) || !may_collide(bodies, i, other)) return;
-      if (apart.is_on && apart.has(i, other)) return;
-      next.body = other;
+      const Aabb box = bodies.known[other].box();
+      if (!overlaps(box, way) || (apart.is_on && apart.has(i, body_of(bodies, other)))) return;
+      for (std::uint32_t k = 0; k < (is_compound ? c.hull : 1); ++k) {
+        const std::uint32_t held = is_compound ? c.link + k : i;
+        const std::uint64_t key = key_of(other, held);
+        if (!is_after(last, key) || key >= next.key || !may_pieces_collide(bodies, held, other)) continue;
+        if (!is_compound || overlaps(box, box_of_way(held, pose_of(held, bodies.before[i]), end_of_piece(held))))
+          next.key = key;
+      }
     };
     if (has_grid)
       for_each_in_grid(way, ask);
     else
       for (std::uint32_t j = 0; j < move.counters->bodies; ++j) ask(j);
-    if (next.body != none) next.begin = begin_of(next.body);
     return next;
   }
 
@@ -270,18 +302,24 @@ struct HoldBackFast {
     }
   }
 
-  /// Whether the obstacle holds body b back, and its end pose and velocity then.
-  FATHOM_HD bool is_held(const Obstacle& o, std::uint32_t b, Pose& end, Velocity& then) const {
+  /// Whether the obstacle holds body i back, and its end pose and velocity then.
+  FATHOM_HD bool is_held(const Obstacle& o, std::uint32_t i, Pose& end, Velocity& then) const {
     const auto& bodies = move.bodies;
-    const std::uint32_t a = o.body;
+    const TouchingPieces pieces{o.piece(), o.held_piece()};
+    const auto [a, b] = pieces;
+    const std::uint32_t body_a = body_of(bodies, a);
     const float dt = move.p.dt;
-    const Pose end_a = o.is_free ? bodies.ends[a] : bodies.poses[a], end_b = bodies.poses[b];
-    const Pose &pose_a = o.begin, &pose_b = bodies.before[b];
+    const bool is_noted = o.contact != none;
+    const Pose begin_of_a = is_noted ? bodies.before[body_a] : begin_of(body_a), begin_of_b = bodies.before[i];
+    const Pose end_of_b = bodies.poses[i];
+    const Pose end_a = pose_of(a, o.is_free ? bodies.ends[body_a] : bodies.poses[body_a]), end_b = pose_of(b, end_of_b);
+    const Pose pose_a = pose_of(a, begin_of_a), pose_b = pose_of(b, begin_of_b);
     const Mover was_a = mover<with_hulls>(bodies, a, pose_a, velocity_between(pose_a, end_a, dt));
     const Mover was_b = mover<with_hulls>(bodies, b, pose_b, velocity_between(pose_b, end_b, dt));
     // Another item may be writing the velocity of a dynamic body.
-    const Mover on_a{was_a.geometry, was_a.radius, pose_a, o.is_free ? was_a.velocity : bodies.velocities[a]};
-    const Mover on_b{was_b.geometry, was_b.radius, pose_b, bodies.velocities[b]};
+    const Velocity velocity_a = o.is_free ? was_a.velocity : velocity_of(a, begin_of_a, bodies.velocities[body_a]);
+    const Mover on_a{was_a.geometry, was_a.radius, pose_a, velocity_a};
+    const Mover on_b{was_b.geometry, was_b.radius, pose_b, velocity_of(b, begin_of_b, bodies.velocities[i])};
     const float half = min(half_thickness(bodies.constants[a]), half_thickness(bodies.constants[b]));
     AxisCache axis;
     const float margin = speculative_margin(on_a.radius, on_b.radius, was_a.velocity, was_b.velocity, dt);
@@ -291,23 +329,24 @@ struct HoldBackFast {
     const Apart first = apart_at_first(on_a, on_b, near_cores(was_a, was_b, dt, skin), seen, skin);
     FreeWay way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
     const auto seams = seams_of(bodies, contacts);
-    if (!way.is_free && !o.is_free && seams.may_have(a)) {
+    if (!way.is_free && !o.is_free && seams.may_have(pieces)) {
       const auto kept = [&](const Pose& b_in_a, float close, const Manifold& m) {
-        return seams.kept(a, b, b_in_a, close, m);
+        return seams.kept(pieces, b_in_a, close, m);
       };
       find_way_over_seam<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt, kept, way);
     }
     if (way.is_free) return false;
-    then = bodies.velocities[b];
+    then = bodies.velocities[i];
     if (o.is_free) {
       end = end_beside(way, on_a, on_b, end_a, end_b, first, half, dt);
+      if (bodies.constants[b].is_child()) end = end * relative(bodies.child_poses[b], {});
       return true;
     }
-    end = end_of(way, pose_b, end_b, dt);
+    end = end_of(way, begin_of_b, end_of_b, dt);
     if (way.is_lifted) {
-      const BodyConstants& c = bodies.constants[b];
-      then = stopped(way, on_a.velocity, end_a.position, end_b.position, then, end_b, c.inverse_mass, c.inverse_inertia,
-                     bodies.tensors[b].inverse);
+      const BodyConstants& c = bodies.constants[i];
+      then = stopped(way, on_a.velocity, end_a.position, end_b.position, then, end_of_b, c.inverse_mass,
+                     c.inverse_inertia, bodies.tensors[i].inverse);
       then.angular = limited(then.angular, move.p.limits.angular);
     }
     then.linear = limited(then.linear, move.p.limits.linear);
@@ -317,6 +356,7 @@ struct HoldBackFast {
   /// Updates the body's boxes to its new pose.
   FATHOM_HD void put_box(std::uint32_t i) const {
     const auto& bodies = move.bodies;
+    if (bodies.constants[i].shape() == ShapeType::compound) return;  // its children are placed before the next search
     const Pose& pose = bodies.poses[i];
     const Velocity& v = bodies.velocities[i];
     const float radius = bodies.constants[i].radius;

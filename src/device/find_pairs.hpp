@@ -6,6 +6,7 @@
 
 #include "device/contact_arrays.hpp"
 #include "device/grid.hpp"
+#include "device/pieces.hpp"
 #include "device/tuning.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "exec/atomic.hpp"
@@ -171,9 +172,7 @@ struct SearchGrid {
       if (other.changes && other.level == fat.level && j < i) return;  // j finds it
     }
     if (overlaps(bodies.known[i].box(), bodies.known[j].box())) return;  // they already have a contact
-    const BodyConstants &a = bodies.constants[i], &b = bodies.constants[j];
-    if (!a.is_dynamic() && !b.is_dynamic()) return;
-    if (!may_collide(bodies, i, j)) return;
+    if (!may_touch(bodies, i, j)) return;
     const std::uint32_t index = exec::atomic_add(counters->found, 1u);
     if (index < contacts.capacity) contacts.found[index] = {i, j};
   }
@@ -221,17 +220,24 @@ struct AddContacts {
     const std::uint32_t index =
         k < recycling ? contacts.free[recycling - 1 - k] : counters->first_new + (k - recycling);
     const PairRecord pair = contacts.found[k];
+    std::uint32_t piece_a = pair.a, piece_b = pair.b;
+    const std::uint32_t body_a = body_of(bodies, piece_a), body_b = body_of(bodies, piece_b);
+    // The lower index is A, unless that leaves B unable to move.
+    const bool is_a_first = body_a < body_b;
+    const bool is_b_dynamic = bodies.constants[is_a_first ? body_b : body_a].is_dynamic();
     Contact c;
-    c.a = pair.a < pair.b ? pair.a : pair.b;
-    c.b = pair.a < pair.b ? pair.b : pair.a;
-    if (!bodies.constants[c.b].is_dynamic()) {
-      const std::uint32_t a = c.a;
-      c.a = c.b;
-      c.b = a;
+    c.a = body_a, c.b = body_b;
+    if (is_a_first != is_b_dynamic) {
+      c.a = body_b, c.b = body_a;
+      piece_a = pair.b, piece_b = pair.a;
     }
     c.bits = overflow_colour | fresh_bit | (bodies.constants[c.a].is_dynamic() ? 0u : fixed_a_bit);
-    const BodyConstants &first = bodies.constants[c.a], &second = bodies.constants[c.b];
-    c.bits |= touch_halvings(min(first.radius, second.radius)) << touch_halvings_shift;
+    const BodyConstants &first = bodies.constants[piece_a], &second = bodies.constants[piece_b];
+    if (first.is_child() || second.is_child()) {
+      c.bits |= in_parts_bit;
+      c.children = child_of(bodies, piece_a) << 16 | child_of(bodies, piece_b);
+    }
+    c.bits |= touch_halvings(min(bodies.constants[c.a].radius, bodies.constants[c.b].radius)) << touch_halvings_shift;
     c.recycle_distance = recycle_distance(first.shape(), first.radius, second.shape(), second.radius);
     contacts.contacts[index] = c;
   }

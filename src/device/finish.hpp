@@ -90,12 +90,14 @@ struct MoveBodies {
     if (c.is_dynamic() && (forced || bodies.touching[i] > 0)) note_stray(i, c, before, pose);
     bodies.poses[i] = pose;
     bodies.velocities[i] = v;
-    const Aabb box = motion_box(bodies.geometry(i), c.radius, pose, v, p.dt);
-    FATHOM_VALIDATE(contains(grown(box, 1e-4f * c.radius + 1e-6f * max_component(abs(pose.position))),
-                             bounds(bodies.geometry(i), pose)),
-                    i);
-    bodies.boxes[i] = box;
-    if (!contains(fat.box(), box)) put_fat_box(i, fat_box(c.radius, box, v.linear, p.dt), box_change);
+    if (c.shape() != ShapeType::compound) {
+      const Aabb box = motion_box(bodies.geometry(i), c.radius, pose, v, p.dt);
+      FATHOM_VALIDATE(contains(grown(box, 1e-4f * c.radius + 1e-6f * max_component(abs(pose.position))),
+                               bounds(bodies.geometry(i), pose)),
+                      i);
+      bodies.boxes[i] = box;
+      if (!contains(fat.box(), box)) put_fat_box(i, fat_box(c.radius, box, v.linear, p.dt), box_change);
+    }
     if (p.sleeping) account_for_sleep(i, c, v, moved_by_contacts);
   }
 

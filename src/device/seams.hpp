@@ -1,10 +1,13 @@
-// Seams between static bodies (collision/seam.hpp). Where a body touches a static one, the neighbours of the static
-// body are among the first body's contacts, so the contacts of each dynamic body with static bodies are chained.
-// Results do not depend on the order of a chain.
+// Seams between static bodies, and between children of a compound (collision/seam.hpp). Where a body touches a static
+// piece, the neighbours of that piece are among the body's contacts, so the contacts of each dynamic body with static
+// bodies are chained. The neighbours of a moving compound's child are its siblings. Results do not depend on the order
+// of a chain.
 #pragma once
 
+#include "collision/round_shapes.hpp"
 #include "collision/seam.hpp"
 #include "device/contact_arrays.hpp"
+#include "device/pieces.hpp"
 
 namespace fathom::device {
 
@@ -22,26 +25,48 @@ struct ChainFixedContacts {
   FATHOM_HD void operator()(std::uint32_t k) const {
     const Contact& c = contacts.contacts[k];
     if (!c.in_use() || c.apart() || bodies.constants[c.a].motion() != MotionType::fixed) return;
-    contacts.fixed_contacts[k] = {c.a, exec::atomic_exchange(bodies.fixed_contact[c.b], k)};
+    contacts.fixed_contacts[k] = {pieces_of(bodies, c).a, exec::atomic_exchange(bodies.fixed_contact[c.b], k)};
   }
 };
 
-/// The static neighbours of the static body `a` in a box around body `b`, in the frame of `a`.
+/// The neighbours of piece `a` around piece `b`, in the frame of `a`.
 template <class BodyArrays, class ContactArrays>
-struct FixedNeighbours {
+struct PieceNeighbours {
   const BodyArrays& bodies;
   const ContactArrays& contacts;
   std::uint32_t a, b;
-  Aabb box;  ///< m, world axes
+  Aabb box;  ///< m, frame of `a`
 
   template <class Act>
   FATHOM_HD bool any(const Act& act) const {
+    if (bodies.constants[a].motion() == MotionType::fixed) return contacts.fixed_contacts && any_fixed(act);
+    return bodies.constants[a].is_child() && any_sibling(act);
+  }
+
+ private:
+  template <class Act>
+  FATHOM_HD bool any_fixed(const Act& act) const {
+    const Aabb in_world = fathom::bounds(box, bodies.poses[a]);
     bool found = false;
-    for (std::uint32_t k = bodies.fixed_contact[b]; k != none && !found; k = contacts.fixed_contacts[k].next) {
+    for (std::uint32_t k = bodies.fixed_contact[body_of(bodies, b)]; k != none && !found;
+         k = contacts.fixed_contacts[k].next) {
       const std::uint32_t other = contacts.fixed_contacts[k].a;
-      if (other == a || !overlaps(bodies.boxes[other], box)) continue;
+      if (other == a || !overlaps(bodies.boxes[other], in_world)) continue;
       const NeighbourSolid solid{bodies.geometry(other), relative(bodies.poses[a], bodies.poses[other])};
       found = has_faces(solid.shape) && act(solid);
+    }
+    return found;
+  }
+  template <class Act>
+  FATHOM_HD bool any_sibling(const Act& act) const {
+    const BodyConstants& compound = bodies.constants[bodies.constants[a].link];
+    bool found = false;
+    for (std::uint32_t k = 0; k < compound.hull && !found; ++k) {
+      const std::uint32_t other = compound.link + k;
+      if (other == a) continue;
+      const NeighbourSolid solid{bodies.geometry(other), relative(bodies.child_poses[a], bodies.child_poses[other])};
+      if (!has_faces(solid.shape) || !overlaps(fathom::bounds(solid.shape, solid.pose), box)) continue;
+      found = may_pieces_collide(bodies, other, b) && act(solid);
     }
     return found;
   }
@@ -52,23 +77,47 @@ struct Seams {
   const BodyArrays& bodies;
   const ContactArrays& contacts;
 
-  FATHOM_HD bool may_have(std::uint32_t a) const {
-    return contacts.fixed_contacts && bodies.constants[a].motion() == MotionType::fixed;
+  /// Whether one of two pieces may have neighbours where they touch.
+  FATHOM_HD bool may_have(const TouchingPieces& pieces) const {
+    return has_neighbours(pieces.a) || bodies.constants[pieces.b].is_child();
+  }
+  /// Whether their manifold may be at a seam.
+  FATHOM_HD bool may_be_at(const TouchingPieces& pieces, const Pose& b_in_a, const Manifold& m) const {
+    const auto [a, b] = pieces;
+    if (has_neighbours(a) && may_be_at_seam(bodies.geometry(a), m, lengths(a, b, b_in_a))) return true;
+    if (!bodies.constants[b].is_child()) return false;
+    const Pose a_in_b = relative(b_in_a, {});
+    return may_be_at_seam(bodies.geometry(b), swapped(m, a_in_b), lengths(b, a, a_in_b));
+  }
+
+  /// The part of the pieces' manifold `m` that counts.
+  FATHOM_HD SeamManifold kept(const TouchingPieces& pieces, const Pose& b_in_a, float margin, const Manifold& m) const {
+    const auto [a, b] = pieces;
+    const SeamManifold of_a = kept_of_first(a, b, b_in_a, margin, m);
+    if (of_a.manifold.count == 0 || !bodies.constants[b].is_child()) return of_a;
+    const Pose a_in_b = relative(b_in_a, {});
+    const SeamManifold of_b = kept_of_first(b, a, a_in_b, margin, swapped(of_a.manifold, a_in_b));
+    return {swapped(of_b.manifold, b_in_a), of_a.has_neighbours || of_b.has_neighbours, of_a.is_whole && of_b.is_whole};
+  }
+
+ private:
+  FATHOM_HD bool has_neighbours(std::uint32_t a) const {
+    const BodyConstants& c = bodies.constants[a];
+    return c.motion() == MotionType::fixed ? contacts.fixed_contacts != nullptr : c.is_child();
   }
   FATHOM_HD SeamLengths lengths(std::uint32_t a, std::uint32_t b, const Pose& b_in_a) const {
     const BodyConstants &of_a = bodies.constants[a], &of_b = bodies.constants[b];
     return make_seam_lengths(half_thickness(of_b), of_a.radius, of_b.radius, b_in_a, bodies.poses[a]);
   }
-
-  /// The part of the manifold `m` of a static body and another one that counts.
-  FATHOM_HD SeamManifold kept(std::uint32_t a, std::uint32_t b, const Pose& b_in_a, float margin,
-                              const Manifold& m) const {
+  FATHOM_HD SeamManifold kept_of_first(std::uint32_t a, std::uint32_t b, const Pose& b_in_a, float margin,
+                                       const Manifold& m) const {
+    if (m.count == 0 || !has_neighbours(a)) return {m};
     const Geometry of_a = bodies.geometry(a), of_b = bodies.geometry(b);
     const SeamLengths l = lengths(a, b, b_in_a);
-    if (m.count == 0 || !may_be_at_seam(of_a, m, l)) return {m};
+    if (!may_be_at_seam(of_a, m, l)) return {m};
     const float half = half_thickness(bodies.constants[b]);
-    const FixedNeighbours<BodyArrays, ContactArrays> neighbours{
-        bodies, contacts, a, b, fathom::bounds(grown(fathom::bounds(of_b, b_in_a), l.edge), bodies.poses[a])};
+    const PieceNeighbours<BodyArrays, ContactArrays> neighbours{bodies, contacts, a, b,
+                                                                grown(fathom::bounds(of_b, b_in_a), l.edge)};
     if (!neighbours.any([](const NeighbourSolid&) { return true; })) return {m};
     return kept_at_seam(of_a, of_b, b_in_a, margin, half, neighbours, l, m);
   }

@@ -50,65 +50,126 @@ void DeviceSimulator<D>::list_last_edits() {
 template <exec::Device D>
 BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   const BodyInfo& info = bodies[slot];
-  BodyData d;
+  BodyData d = surface_data(info, info.geometry, info.material, info.filter);
   BodyConstants& c = d.constants;
-  const bool has_moving_surface = !(info.material.surface_velocity == Vec3{});
-  c.bits = static_cast<std::uint32_t>(info.motion) | living_bit | (info.isotropic ? isotropic_bit : 0u) |
-           (info.can_sleep ? can_sleep_bit : 0u) | (info.is_bullet ? bullet_bit : 0u) |
-           (has_moving_surface ? moving_surface_bit : 0u) |
-           static_cast<std::uint32_t>(info.geometry.type) << shape_shift |
-           static_cast<std::uint32_t>(info.material.friction_rule) << friction_rule_shift |
-           static_cast<std::uint32_t>(info.material.restitution_rule) << restitution_rule_shift;
+  c.bits |= living_bit | (info.isotropic ? isotropic_bit : 0u) | (info.can_sleep ? can_sleep_bit : 0u) |
+            (info.is_bullet ? bullet_bit : 0u);
   c.radius = info.radius;
   c.inverse_mass = info.inverse_mass;
   c.inverse_inertia = info.isotropic ? info.inverse_inertia.xx : 0;
-  c.half_extents = info.geometry.half_extents;
-  c.shape_radius = info.geometry.radius;
   c.gravity_scale = info.gravity_scale;
   c.linear_damping = info.linear_damping;
   c.angular_damping = info.angular_damping;
-  shapes_ |= shape_bit(info.geometry.type) | (info.is_bullet ? bullets_bit : 0u) |
-             (has_moving_surface ? moving_surfaces_bit : 0u);
+  shapes_ |= info.is_bullet ? bullets_bit : 0u;
   note_fixed(slot);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
-  // Sensors collide with nothing.
-  const Filter filter = info.is_sensor ? Filter{0, 0} : info.filter;
-  d.filter = {filter.category, filter.mask};
-  c.group = filter.group;
-  if (may_keep_out(filter)) c.bits |= filtered_bit;
-  c.friction = info.material.friction;
-  may_bounce_ = may_bounce_ || info.material.restitution > 0;
-  c.restitution = info.material.restitution;
-  d.tensors = {info.inertia, info.inverse_inertia, info.material.rolling_resistance};
-  d.surface_velocity = info.material.surface_velocity;
-  any_extras_ = any_extras_ || info.material.rolling_resistance > 0 || has_moving_surface;
+  if (info.geometry.is_compound()) {
+    c.hull = children_of(slot);
+    c.link = indices_.first_child(slot);
+    for (const ChildShape& child : info.geometry.compound().children())
+      if (child.material && !(child.material->surface_velocity == Vec3{})) c.bits |= moving_surface_bit;
+  }
+  d.tensors.inertia = info.inertia;
+  d.tensors.inverse = info.inverse_inertia;
   return d;
 }
 
-/// From the second fixed body on there may be seams.
+/// Data of child number `child` of the compound in `slot`.
+template <exec::Device D>
+BodyData DeviceSimulator<D>::child_data(std::uint32_t slot, std::uint32_t child) {
+  const BodyInfo& info = bodies[slot];
+  const native::Piece piece = native::piece_of(info, child);
+  BodyData d = surface_data(info, piece.geometry, piece.material, piece.filter);
+  BodyConstants& c = d.constants;
+  c.bits |= child_bit;
+  c.radius = piece.radius;
+  c.link = indices_.of(slot);
+  if (piece.geometry.type == ShapeType::hull)
+    c.hull = hull_memory_.index_of(info.geometry.compound().children()[child].shape.hull.get());
+  d.pose = piece.pose;
+  d.surface_velocity = inverse_rotate(piece.pose.rotation, native::surface_velocity(info, child));
+  return d;
+}
+
+/// What bodies and children of compounds have in common: shape, material and filter.
+template <exec::Device D>
+BodyData DeviceSimulator<D>::surface_data(const BodyInfo& info, const Geometry& shape, const Material& material,
+                                          const Filter& own_filter) {
+  BodyData d;
+  BodyConstants& c = d.constants;
+  const bool has_moving_surface = !(material.surface_velocity == Vec3{});
+  c.bits = static_cast<std::uint32_t>(info.motion) | (has_moving_surface ? moving_surface_bit : 0u) |
+           static_cast<std::uint32_t>(shape.type) << shape_shift |
+           static_cast<std::uint32_t>(material.friction_rule) << friction_rule_shift |
+           static_cast<std::uint32_t>(material.restitution_rule) << restitution_rule_shift;
+  c.half_extents = shape.half_extents;
+  c.shape_radius = shape.radius;
+  shapes_ |= shape_bit(shape.type) | (has_moving_surface ? moving_surfaces_bit : 0u);
+  // Sensors collide with nothing.
+  const Filter filter = info.is_sensor ? Filter{0, 0} : own_filter;
+  d.filter = {filter.category, filter.mask};
+  c.group = filter.group;
+  if (may_keep_out(filter)) c.bits |= filtered_bit;
+  c.friction = material.friction;
+  may_bounce_ = may_bounce_ || material.restitution > 0;
+  c.restitution = material.restitution;
+  d.tensors.rolling_resistance = material.rolling_resistance;
+  d.surface_velocity = material.surface_velocity;
+  any_extras_ = any_extras_ || material.rolling_resistance > 0 || has_moving_surface;
+  return d;
+}
+
+/// Number of children of the body in `slot`, 0 if it is no compound.
+template <exec::Device D>
+std::uint32_t DeviceSimulator<D>::children_of(std::uint32_t slot) const {
+  const Geometry& shape = bodies[slot].geometry;
+  return shape.is_compound() ? static_cast<std::uint32_t>(shape.compound().children().size()) : 0;
+}
+
+/// Calls act(hull) for the hulls of the body's shape and of its children.
+template <exec::Device D>
+template <class Act>
+void DeviceSimulator<D>::for_each_hull(std::uint32_t slot, const Act& act) const {
+  if (const auto hull = bodies[slot].hull()) act(hull);
+  if (!bodies[slot].geometry.is_compound()) return;
+  for (const ChildShape& child : bodies[slot].geometry.compound().children())
+    if (child.shape.hull) act(child.shape.hull);
+}
+
+/// From the second fixed shape with faces on there may be seams.
 template <exec::Device D>
 void DeviceSimulator<D>::note_fixed(std::uint32_t slot) {
   const BodyInfo& info = bodies[slot];
-  if (info.motion != MotionType::fixed || !has_faces(info.geometry)) return;
+  if (info.motion != MotionType::fixed) return;
+  if (children_of(slot) > 1) shapes_ |= seams_bit;
+  if (!has_faces(info.geometry) && !info.geometry.is_compound()) return;
   if (fixed_slot_ != none && fixed_slot_ != slot) shapes_ |= seams_bit;
   fixed_slot_ = slot;
 }
 
 template <exec::Device D>
+void DeviceSimulator<D>::add_data_edit(EditKind kind, std::uint32_t index, const BodyData& data) {
+  data_.push_back(data);
+  Edit edit = edit_of(kind, index, Velocity{});
+  edit.data = static_cast<std::uint32_t>(data_.size() - 1);
+  add_edit(edit);
+}
+
+template <exec::Device D>
 void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
-  if (const auto hull = bodies[slot].hull()) hull_memory_.begin_use(hull);
-  const BodyData body = body_data(slot);
+  for_each_hull(slot, [&](const auto& hull) { hull_memory_.begin_use(hull); });
+  const std::uint32_t index = indices_.add(slot, submitted_ + 1), children = children_of(slot);
+  if (children > 0) indices_.add_children(slot, children, submitted_ + 1);
   set_changed_ = true;
   tree_.note_set(slot);
   movable_ += bodies[slot].motion != MotionType::fixed;
-  const std::uint32_t index = indices_.add(slot, submitted_ + 1);
-  BodyData& data = data_.emplace_back(body);
+  BodyData data = body_data(slot);
   data.slot = slot;
   data.pose = pose;
   data.velocity = velocity;
-  Edit edit = edit_of(EditKind::add, index, Velocity{});
-  edit.data = static_cast<std::uint32_t>(data_.size() - 1);
-  add_edit(edit);
+  add_data_edit(EditKind::add, index, data);
+  for (std::uint32_t k = 0; k < children; ++k)
+    add_data_edit(EditKind::add, indices_.first_child(slot) + k, child_data(slot, k));
 }
 
 template <exec::Device D>
@@ -117,8 +178,12 @@ void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   tree_.note_set(slot);
   movable_ -= bodies[slot].motion != MotionType::fixed;
   add_edit(edit_of(EditKind::remove, indices_.of(slot), Velocity{}));
+  const std::uint32_t children = children_of(slot);
+  for (std::uint32_t k = 0; k < children; ++k)
+    add_edit(edit_of(EditKind::remove, indices_.first_child(slot) + k, Velocity{}));
+  if (children > 0) indices_.remove_children(slot, children, submitted_ + 1);
   indices_.remove(bodies.id(slot), submitted_ + 1);
-  if (const auto hull = bodies[slot].hull()) hull_memory_.end_use(hull.get(), submitted_ + 1);
+  for_each_hull(slot, [&](const auto& hull) { hull_memory_.end_use(hull.get(), submitted_ + 1); });
 }
 
 template <exec::Device D>
@@ -157,11 +222,12 @@ void DeviceSimulator<D>::wake(std::uint32_t slot) {
 }
 template <exec::Device D>
 void DeviceSimulator<D>::constants_changed(std::uint32_t slot, std::uint32_t changes) {
-  data_.push_back(body_data(slot));
-  data_.back().changes = changes;
-  Edit edit = edit_of(EditKind::constants, indices_.of(slot), Velocity{});
-  edit.data = static_cast<std::uint32_t>(data_.size() - 1);
-  add_edit(edit);
+  BodyData data = body_data(slot);
+  data.changes = changes;
+  add_data_edit(EditKind::constants, indices_.of(slot), data);
+  // Their body's changes are theirs, too.
+  for (std::uint32_t k = 0; k < children_of(slot); ++k)
+    add_data_edit(EditKind::constants, indices_.first_child(slot) + k, child_data(slot, k));
 }
 
 }  // namespace fathom::device

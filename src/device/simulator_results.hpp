@@ -2,7 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <map>
+#include <tuple>
 
+#include "check/check.hpp"
 #include "device/device_simulator.hpp"
 
 namespace fathom::device {
@@ -92,9 +96,12 @@ void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& repo
   std::vector<ContactEvent> begun, ended;
   std::vector<HitEvent> hits;
   std::vector<Quarantine> quarantined;
-  begun.reserve(report.begun), ended.reserve(report.ended), hits.reserve(report.hits);
-  for (std::uint32_t k = 0; k < report.begun; ++k) begun.push_back(named(buffers.begun[k].a, buffers.begun[k].b));
-  for (std::uint32_t k = 0; k < report.ended; ++k) ended.push_back(named(buffers.ended[k].a, buffers.ended[k].b));
+  std::vector<PairRecord> pairs_begun(buffers.begun.begin(), buffers.begun.begin() + report.begun);
+  std::vector<PairRecord> pairs_ended(buffers.ended.begin(), buffers.ended.begin() + report.ended);
+  if (has_compounds()) merge_parts(pairs_begun, pairs_ended);
+  begun.reserve(pairs_begun.size()), ended.reserve(pairs_ended.size()), hits.reserve(report.hits);
+  for (const PairRecord pair : pairs_begun) begun.push_back(named(pair.a, pair.b));
+  for (const PairRecord pair : pairs_ended) ended.push_back(named(pair.a, pair.b));
   for (std::uint32_t k = 0; k < report.hits; ++k) {
     const HitRecord& hit = buffers.hits[k];
     const ContactEvent ids = named(hit.a, hit.b);
@@ -108,11 +115,42 @@ void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& repo
   };
   std::ranges::sort(begun, before);
   std::ranges::sort(ended, before);
-  std::ranges::sort(hits, before);
+  std::ranges::sort(hits, [&](const HitEvent& x, const HitEvent& y) {
+    if (before(x, y) || before(y, x)) return before(x, y);
+    const auto key = [](const HitEvent& hit) {
+      return std::tuple(hit.approach_speed, hit.point.x, hit.point.y, hit.point.z);
+    };
+    return key(x) < key(y);  // several parts of two bodies may hit at once
+  });
   std::ranges::sort(quarantined, {}, [](const Quarantine& q) { return q.body.index; });
   const std::size_t dropped = begun_.add(begun) + ended_.add(ended) + hits_.add(hits) + quarantined_.add(quarantined);
   if (dropped > 0 && def.log && !std::exchange(told_of_dropped_events_, true))
     def.log("step " + std::to_string(number) + ": nobody has read events for so long that the oldest are dropped");
+}
+
+/// Bodies touch as long as any of their parts does: leaves the pairs of which that changes.
+template <exec::Device D>
+void DeviceSimulator<D>::merge_parts(std::vector<PairRecord>& begun, std::vector<PairRecord>& ended) {
+  std::map<std::uint64_t, std::int64_t> changes;  // of the number of touching parts
+  const auto count = [&](std::vector<PairRecord>& records, int change) {
+    std::erase_if(records, [&](const PairRecord& pair) {
+      if (pair.a & part_tag) changes[std::uint64_t{pair.a & ~part_tag} << 32 | pair.b] += change;
+      return pair.a & part_tag;
+    });
+  };
+  count(begun, 1), count(ended, -1);
+  for (const auto& [pair, change] : changes) {
+    const auto known = touching_parts_.find(pair);
+    const std::uint32_t before = known != touching_parts_.end() ? known->second : 0;
+    FATHOM_ASSERT(before + change >= 0);
+    const auto now = static_cast<std::uint32_t>(before + change);
+    if ((before > 0) != (now > 0))
+      (now > 0 ? begun : ended).push_back({static_cast<std::uint32_t>(pair >> 32), static_cast<std::uint32_t>(pair)});
+    if (now > 0)
+      touching_parts_[pair] = now;
+    else
+      touching_parts_.erase(pair);
+  }
 }
 
 template <exec::Device D>
@@ -146,10 +184,10 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
   for (const Contact& c : contacts)
     if (c.in_use() && c.touching()) last = std::max<std::size_t>(last, c.manifold + 1);
   const std::span<const ContactManifold> manifolds = self().fetch(manifolds_read_, arrays.manifolds, last);
-  // Sorted by slots, with small entries.
+  // Sorted by slots and children, with small entries.
   struct Entry {
     std::uint64_t slots;
-    std::uint32_t contact;
+    std::uint32_t children, contact;
   };
   std::vector<Entry> order;
   order.reserve(newest_.constraints);
@@ -158,9 +196,12 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     if (!c.in_use() || !c.in_touch()) continue;
     const std::uint32_t slot_a = indices_.slot(c.a), slot_b = indices_.slot(c.b);
     if (slot_a == none || slot_b == none) continue;
-    order.push_back({std::uint64_t{std::min(slot_a, slot_b)} << 32 | std::max(slot_a, slot_b), k});
+    const std::uint32_t children = slot_a < slot_b ? c.children : std::rotl(c.children, 16);
+    order.push_back({std::uint64_t{std::min(slot_a, slot_b)} << 32 | std::max(slot_a, slot_b), children, k});
   }
-  std::ranges::sort(order, {}, &Entry::slots);
+  std::ranges::sort(order, [](const Entry& x, const Entry& y) {
+    return x.slots != y.slots ? x.slots < y.slots : x.children < y.children;
+  });
   std::vector<ContactInfo> infos;
   infos.reserve(order.size());
   for (const Entry& entry : order) {
@@ -173,6 +214,7 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     const bool swapped = slot_b < slot_a;
     if (swapped) std::swap(a, b);
     ContactInfo info{a, b, swapped ? -normal : normal, m.point_count(), {}};
+    info.child_a = entry.children >> 16, info.child_b = entry.children & 0xffffu;
     if ((c.bits & colour_bits) < overflow_colour) info.colour = static_cast<int>(c.bits & colour_bits);
     for (int p = 0; p < info.point_count; ++p) {
       const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);

@@ -75,8 +75,8 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   restore_hulls();
   list_last_edits();
   if (is_on_device()) make_room_for_restored(in, counters);
-  restore_bodies(in, counters);
-  restore_contacts(in, counters);
+  const std::vector<BodyConstants> constants = restore_bodies(in, counters);
+  restore_contacts(in, counters, constants);
   restore_layout(in, counters);
   restore_joints(in, counters);
   restore_list(in, counters);
@@ -94,12 +94,24 @@ bool DeviceSimulator<D>::is_on_device() const {
 template <exec::Device D>
 void DeviceSimulator<D>::restore_hulls() {
   for (const BodyId id : bodies.living())
-    if (const auto hull = bodies[id.index].hull()) hull_memory_.begin_use(hull);
+    for_each_hull(id.index, [&](const auto& hull) { hull_memory_.begin_use(hull); });
+  const std::vector<PieceName> names = name_pieces();
   for (const Edit& e : edits_)
     if (e.kind == EditKind::add || e.kind == EditKind::constants) {
-      give_hull(data_[e.data].constants, e.index);
+      give_links(data_[e.data].constants, names[e.index]);
       data_[e.data].slot = indices_.slot(e.index);
     }
+}
+
+/// The owner of each index.
+template <exec::Device D>
+auto DeviceSimulator<D>::name_pieces() const -> std::vector<PieceName> {
+  std::vector<PieceName> names(indices_.size());
+  for (const BodyId id : bodies.living()) {
+    names[indices_.of(id.index)] = {id.index, none};
+    for (std::uint32_t k = 0; k < children_of(id.index); ++k) names[indices_.first_child(id.index) + k] = {id.index, k};
+  }
+  return names;
 }
 
 template <exec::Device D>
@@ -125,24 +137,35 @@ void DeviceSimulator<D>::read_into(ByteReader& in, T* to, std::size_t room, std:
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters) {
+std::vector<BodyConstants> DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters) {
+  const std::vector<PieceName> names = name_pieces();
+  std::vector<BodyConstants> constants;
   body_memory_.for_each_lasting([&](auto& buffer) {
     read_into(in, buffer.data(), buffer.size(), is_on_device() ? counters.bodies : 0, [&](auto& host) {
-      if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodyConstants>>)
-        for (std::uint32_t i = 0; i < host.size(); ++i) give_hull(host[i], i);
+      if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodyConstants>>) {
+        for (std::uint32_t i = 0; i < host.size(); ++i) give_links(host[i], names[i]);
+        constants = host;
+      }
       if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodySupport>>)
         for (const BodySupport& s : host) in.require(s.level <= max_levels);
     });
   });
   for (const BodyId id : bodies.living()) note_fixed(id.index);
-  if (!is_on_device()) return;
+  if (!is_on_device()) return constants;
   upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
-  if (!(shapes_ & moving_surfaces_bit)) return;
-  std::vector<Vec3> velocities(counters.bodies);
-  for (const BodyId id : bodies.living())
-    if (const std::uint32_t i = indices_.of(id.index); i < counters.bodies)
-      velocities[i] = bodies[id.index].material.surface_velocity;
-  upload(body_memory_.arrays().surface_velocities, velocities);
+  std::vector<Vec3> surface_velocities(counters.bodies);
+  std::vector<Pose> child_poses(counters.bodies);
+  for (std::uint32_t i = 0; i < counters.bodies; ++i) {
+    const auto [slot, child] = names[i];
+    if (slot == none) continue;
+    surface_velocities[i] = bodies[slot].material.surface_velocity;
+    if (child == none) continue;
+    const BodyData data = child_data(slot, child);
+    child_poses[i] = data.pose, surface_velocities[i] = data.surface_velocity;
+  }
+  if (shapes_ & moving_surfaces_bit) upload(body_memory_.arrays().surface_velocities, surface_velocities);
+  if (has_compounds()) upload(body_memory_.arrays().child_poses, child_poses);
+  return constants;
 }
 
 /// Requires that all indices are below `limit`.
@@ -153,12 +176,18 @@ inline auto are_below(ByteReader& in, std::uint32_t limit) {
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counters) {
+void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counters,
+                                          const std::vector<BodyConstants>& constants) {
   const ContactArrays arrays = contact_memory_.contacts();
   const std::size_t room = contact_memory_.capacity(), manifold_room = contact_memory_.manifold_capacity();
   read_into(in, arrays.contacts, room, counters.contacts, [&](const std::vector<Contact>& contacts) {
     for (const Contact& c : contacts) {
       in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
+      const auto has_child = [&](std::uint32_t body, std::uint32_t child) {
+        return constants[body].shape() != ShapeType::compound || child < constants[body].hull;
+      };
+      in.require(!c.in_use() || !c.in_parts() || (has_child(c.a, c.child_a()) && has_child(c.b, c.child_b())));
+      if (c.in_use() && c.in_parts() && c.in_touch()) ++touching_parts_[std::uint64_t{c.a} << 32 | c.b];
       in.require(c.touching() ? c.manifold < counters.manifolds : c.manifold == none);
     }
   });
@@ -241,19 +270,29 @@ void DeviceSimulator<D>::restore_generic_joints(ByteReader& in, std::uint32_t co
   upload(joint_memory_.arrays().generic_impulses, impulses);
 }
 
-/// The index of the hull that a body's shape has in this simulator.
+/// Sets what a piece's constants refer to: the index that its hull has in this simulator, its body or its children.
 template <exec::Device D>
-void DeviceSimulator<D>::give_hull(BodyConstants& constants, std::uint32_t index) {
-  const std::uint32_t slot = indices_.slot(index);
-  const auto hull = slot != none ? bodies[slot].hull() : nullptr;
-  constants.hull = hull ? hull_memory_.index_of(hull.get()) : 0;
+void DeviceSimulator<D>::give_links(BodyConstants& constants, const PieceName& name) {
+  if (name.slot == none) {
+    // Its body was removed: an edit that waits will forget it.
+    if (constants.is_child() || constants.shape() == ShapeType::compound) constants = {};
+    constants.hull = 0, constants.link = none;
+    return;
+  }
+  const BodyConstants current =
+      (name.child == none ? body_data(name.slot) : child_data(name.slot, name.child)).constants;
+  constants.hull = current.hull, constants.link = current.link;
+  constants.bits = (constants.bits & ~(child_bit | shape_bits << shape_shift)) |
+                   (current.bits & (child_bit | shape_bits << shape_shift));
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::check_indices(const ByteReader& in, const Counters& counters) const {
   in.require(counters.bodies <= indices_.size());
   in.require(joint_mirror_.is_sound(joints, indices_.size()));
-  in.require(indices_.is_sound(bodies.slot_count(), [&](std::uint32_t slot) { return bodies.alive(slot); }));
+  in.require(indices_.is_sound(
+      bodies.slot_count(), [&](std::uint32_t slot) { return bodies.alive(slot); },
+      [&](std::uint32_t slot) { return children_of(slot); }));
   in.require(counters.free_contacts <= counters.contacts && counters.free_manifolds <= counters.manifolds &&
              newest_.step == submitted_ && steps == submitted_);
   for (const Edit& e : edits_) {

@@ -12,6 +12,7 @@
 #include "device/finish.hpp"
 #include "device/joints.hpp"
 #include "device/mechanisms.hpp"
+#include "device/pieces.hpp"
 #include "device/prepare_constraints.hpp"
 #include "device/published/published_step.hpp"
 #include "device/sleep.hpp"
@@ -110,6 +111,8 @@ class Step {
   }
 
   void find_pairs(bool set_changed) {
+    if (has(ShapeType::compound))
+      device_.parallel_for(body_capacity_, PlaceChildren{bodies_, grid_, counters_, settings_.dt});
     device_.parallel_for(1, BeginStep{counters_, grid_entries_});
     if (settings_.published.sweep)
       published_.find_pairs(set_changed);

@@ -7,6 +7,7 @@
 #include "collision/collide.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
+#include "device/pieces.hpp"
 #include "device/seams.hpp"
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/manifold_update.hpp"
@@ -102,7 +103,8 @@ struct ContactChanges {
   }
 
   FATHOM_HD void mix(Contact& c, ContactManifold& m) const {
-    const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
+    const TouchingPieces pieces = pieces_of(bodies, c);
+    const BodyConstants &a = bodies.constants[pieces.a], &b = bodies.constants[pieces.b];
     const auto rule = [](const BodyConstants& body, std::uint32_t shift) {
       return static_cast<CombineRule>(body.bits >> shift & rule_bits);
     };
@@ -114,12 +116,37 @@ struct ContactChanges {
     if (a.has_moving_surface() || b.has_moving_surface()) c.bits |= on_moving_surface_bit;
     if (!c.round()) return;
     const auto radius = [](const BodyConstants& body) { return is_round(body.shape()) ? body.shape_radius : 0.0f; };
-    set_round(m, radius(a), radius(b), bodies.tensors[c.a].rolling_resistance, bodies.tensors[c.b].rolling_resistance);
+    set_round(m, radius(a), radius(b), bodies.tensors[pieces.a].rolling_resistance,
+              bodies.tensors[pieces.b].rolling_resistance);
   }
 
-  /// Updates the contact `c`, a copy, to the collision result `fresh`, made `time` (s) after the step's beginning or,
-  /// if negative, at the current poses. False: it would begin, but there is no room.
+  /// Updates the contact `c`, a copy, to the collision result `fresh` of its pieces, made `time` (s) after the step's
+  /// beginning or, if negative, at the current poses. False: it would begin, but there is no room.
   FATHOM_HD bool take(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a, float time) const {
+    if (!c.in_parts()) return take_of_bodies(index, c, fresh, b_in_a, time);
+    const TouchingPieces pieces = pieces_of(bodies, c);
+    const Pose a = pose_in_body(bodies, pieces.a), b = pose_in_body(bodies, pieces.b);
+    return take_of_bodies(index, c, in_frame(a, fresh), a * b_in_a * relative(b, {}), time);
+  }
+
+  /// The pair is fast, or may touch at a seam.
+  FATHOM_HD void look_ahead(std::uint32_t index, bool has_hull) const {
+    contacts.fast[contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u))] = {index, none};
+  }
+
+  /// The contact would begin, but there was no room for its manifold.
+  FATHOM_HD void defer(std::uint32_t index, ShapePair pairs) const {
+    contacts.deferred[contacts.listed(pairs, exec::atomic_add(counters->deferred[pairs], 1u))] = index;
+  }
+
+  FATHOM_HD float half_of_thinner(const TouchingPieces& pieces) const {
+    return min(half_thickness(bodies.constants[pieces.a]), half_thickness(bodies.constants[pieces.b]));
+  }
+
+ private:
+  /// `take`, in the frames of the bodies.
+  FATHOM_HD bool take_of_bodies(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a,
+                                float time) const {
     if (fresh.count == 0) {
       if (c.touching()) end(c);
       contacts.contacts[index] = c;
@@ -131,7 +158,8 @@ struct ContactChanges {
     ContactManifold& m = contacts.manifolds[c.manifold];
     if (begins) {
       m = ContactManifold{};
-      const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
+      const TouchingPieces pieces = pieces_of(bodies, c);
+      const BodyConstants &a = bodies.constants[pieces.a], &b = bodies.constants[pieces.b];
       if (is_round(a.shape()) || is_round(b.shape())) c.bits |= round_bit;
       mix(c, m);
       c.offset =
@@ -147,21 +175,6 @@ struct ContactChanges {
     return true;
   }
 
-  /// The pair is fast, or may touch at a seam.
-  FATHOM_HD void look_ahead(std::uint32_t index, bool has_hull) const {
-    contacts.fast[contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u))] = {index, none};
-  }
-
-  /// The contact would begin, but there was no room for its manifold.
-  FATHOM_HD void defer(std::uint32_t index, ShapePair pairs) const {
-    contacts.deferred[contacts.listed(pairs, exec::atomic_add(counters->deferred[pairs], 1u))] = index;
-  }
-
-  FATHOM_HD float half_of_thinner(const Contact& c) const {
-    return min(half_thickness(bodies.constants[c.a]), half_thickness(bodies.constants[c.b]));
-  }
-
- private:
   /// Whether a contact touches as soon as it begins, because a body was placed there: contacts of approaching bodies
   /// begin earlier. Not for deep penetration, which is pushed out.
   FATHOM_HD bool is_placed(const ContactManifold& m, const Contact& c) const {
@@ -230,7 +243,8 @@ struct SortOutContacts {
     const auto& bodies = changes.bodies;
     Contact& c = changes.contacts.contacts[index];
     if (!c.in_use()) return nothing;
-    const NotedBox fat_a = bodies.fat[c.a], fat_b = bodies.fat[c.b];
+    const TouchingPieces pieces = pieces_of(bodies, c);
+    const NotedBox fat_a = bodies.fat[pieces.a], fat_b = bodies.fat[pieces.b];
     const std::uint32_t noted = fat_a.changes | fat_b.changes;
     if (!noted && !((bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag)) return nothing;
     if (noted) {
@@ -247,7 +261,7 @@ struct SortOutContacts {
       if (c.touching() && noted & mix_materials) changes.mix(c, changes.contacts.manifolds[c.manifold]);
     }
     if (c.apart()) return nothing;
-    if (!overlaps(bodies.boxes[c.a], bodies.boxes[c.b])) {
+    if (!overlaps(bodies.boxes[pieces.a], bodies.boxes[pieces.b])) {
       if (c.touching()) changes.end(c);
       return nothing;
     }
@@ -259,7 +273,7 @@ struct SortOutContacts {
       const ContactManifold& m = changes.contacts.manifolds[c.manifold];
       if (!c.ahead() && moved_little(m, b_in_a, c.recycle_distance) && !is_to_reduce_anew(c.axis, m)) return recycled;
     }
-    return shape_pair(bodies.constants[c.a].shape(), bodies.constants[c.b].shape());
+    return shape_pair(bodies.constants[pieces.a].shape(), bodies.constants[pieces.b].shape());
   }
 };
 
@@ -278,22 +292,24 @@ struct CollideShapes {
     const auto& contacts = changes.contacts;
     const std::uint32_t index = contacts.to_collide[contacts.listed(pairs, k)];
     Contact c = contacts.contacts[index];
-    const PatchLoad load = c.touching() && c.axis.reduced ? load_of(contacts.manifolds[c.manifold]) : PatchLoad{};
-    const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
-    const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
-    const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
-    const Manifold fresh = collide(c, a, b, b_in_a, margin, load);
+    const TouchingPieces pieces = pieces_of(bodies, c);
+    PatchLoad load = c.touching() && c.axis.reduced ? load_of(contacts.manifolds[c.manifold]) : PatchLoad{};
+    if (c.in_parts()) load.at = inverse_transform(pose_in_body(bodies, pieces.a), load.at);
+    const Pose b_in_a = relative(bodies.poses[pieces.a], bodies.poses[pieces.b]);
+    const BodyConstants &a = bodies.constants[pieces.a], &b = bodies.constants[pieces.b];
+    const Velocity &velocity_a = bodies.velocities[pieces.a], &velocity_b = bodies.velocities[pieces.b];
+    const float margin = speculative_margin(a.radius, b.radius, velocity_a, velocity_b, dt);
+    const Manifold fresh = collide(c.axis, pieces, b_in_a, margin, load);
     if constexpr (runs_in_teams) {
       team::sync();
       if (!team::is_leader()) return;
     }
     const float movement = movement_of(margin, a.radius, b.radius, dt);
-    const float half = changes.half_of_thinner(c);
+    const float half = changes.half_of_thinner(pieces);
     const bool is_fast = movement > slow_movement && movement > slow_share * half;
     const bool pressed = c.fixed_a() && is_pressed(fresh, half);
-    const bool passes =
-        !c.fixed_a() && pass_for_certain(fresh, c.axis, bodies.velocities[c.a], bodies.velocities[c.b], dt);
-    if ((is_fast && !passes) || pressed || is_at_seam(c, b_in_a, fresh)) {
+    const bool passes = !c.fixed_a() && pass_for_certain(fresh, c.axis, velocity_a, velocity_b, dt);
+    if ((is_fast && !passes) || pressed || is_at_seam(pieces, b_in_a, fresh)) {
       contacts.contacts[index] = c;
       changes.look_ahead(index, pairs == hulls);
     } else if (!changes.take(index, c, fresh, b_in_a, -1)) {
@@ -302,21 +318,21 @@ struct CollideShapes {
   }
 
  private:
-  FATHOM_HD bool is_at_seam(const Contact& c, const Pose& b_in_a, const Manifold& fresh) const {
-    const auto seams = seams_of(changes.bodies, changes.contacts);
-    return fresh.count > 0 && seams.may_have(c.a) &&
-           may_be_at_seam(changes.bodies.geometry(c.a), fresh, seams.lengths(c.a, c.b, b_in_a));
+  FATHOM_HD bool is_at_seam(const TouchingPieces& pieces, const Pose& b_in_a, const Manifold& fresh) const {
+    return fresh.count > 0 && seams_of(changes.bodies, changes.contacts).may_be_at(pieces, b_in_a, fresh);
   }
 
-  FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
-                             float margin, const PatchLoad& load) const {
+  FATHOM_HD Manifold collide(AxisCache& axis, const TouchingPieces& pieces, const Pose& b_in_a, float margin,
+                             const PatchLoad& load) const {
     const auto& bodies = changes.bodies;
+    const auto [a, b] = pieces;
     if constexpr (pairs == boxes)
-      return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis, load);
+      return collide_boxes(bodies.constants[a].half_extents, bodies.constants[b].half_extents, b_in_a, margin, axis,
+                           load);
     else if constexpr (pairs == hulls)
-      return collide_others(bodies.geometry_for_team(c.a), bodies.geometry_for_team(c.b), b_in_a, margin, c.axis, load);
+      return collide_others(bodies.geometry_for_team(a), bodies.geometry_for_team(b), b_in_a, margin, axis, load);
     else
-      return collide_others<false>(bodies.simple_geometry(c.a), bodies.simple_geometry(c.b), b_in_a, margin, c.axis);
+      return collide_others<false>(bodies.simple_geometry(a), bodies.simple_geometry(b), b_in_a, margin, axis);
   }
 };
 

@@ -166,7 +166,8 @@ struct CountCells {
   }
   FATHOM_HD Part part_of(std::uint32_t body) const {
     const CellCounters& c = *cells.counters;
-    const Vec3 p = centre(bodies.fat[body].box()) - c.origin;
+    const bool has_box = bodies.constants[body].shape() != ShapeType::compound;
+    const Vec3 p = (has_box ? centre(bodies.fat[body].box()) : bodies.poses[body].position) - c.origin;
     return {coordinate(p.x * c.inverse_edge.x), coordinate(p.y * c.inverse_edge.y), coordinate(p.z * c.inverse_edge.z)};
   }
   FATHOM_HD static Part lower(Part a, Part b) {
@@ -196,6 +197,7 @@ struct MakeBatches {
     std::uint32_t count, left;
   };
 
+  Bodies<> bodies;
   Contacts<> contacts;
   Constraints<> constraints;
   const Counters* counters;
@@ -245,9 +247,9 @@ struct MakeBatches {
  private:
   /// Differs from step to step: not always the same constraints lose.
   FATHOM_HD std::uint64_t rank(std::uint32_t constraint) const {
-    const PairRecord pair = constraints.bodies[constraint];
+    const TouchingPieces pieces = pieces_of(bodies, contacts.contacts[constraints.contact[constraint]]);
     constexpr std::uint64_t mask = (std::uint64_t{1} << 56) - 1;
-    return (priority(pair.a, pair.b) ^ (std::uint64_t{counters->step} * 0x9e3779b97f4a7c15u & mask)) *
+    return (priority(pieces.a, pieces.b) ^ (std::uint64_t{counters->step} * 0x9e3779b97f4a7c15u & mask)) *
                0xd6e8feb86659fd93u &
            mask;
   }

@@ -214,7 +214,7 @@ class PublishedStep {
     device_.parallel_for(constraints, CountCells{bodies_, contacts_, constraints_, cells});
     device_.exclusive_scan(memory_.scratch(), lists, cells.counts, cells.firsts);
     device_.parallel_for(constraints, FillCells{cells});
-    device_.parallel_groups(lists, MakeBatches{contacts_, constraints_, counters_, cells});
+    device_.parallel_groups(lists, MakeBatches{bodies_, contacts_, constraints_, counters_, cells});
   }
 
   void solve(const SolveContacts& solver, bool bounces, exec::Range constraints) {

@@ -39,8 +39,10 @@ struct EnterPairs {
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const Contact& c = contacts.contacts[k];
-    if (!c.in_use() || (bodies.fat[c.a].changes | bodies.fat[c.b].changes) & drop_contacts) return;
-    const std::uint64_t key = pair_key(c.a, c.b);
+    if (!c.in_use()) return;
+    const TouchingPieces pieces = pieces_of(bodies, c);
+    if ((bodies.fat[pieces.a].changes | bodies.fat[pieces.b].changes) & drop_contacts) return;
+    const std::uint64_t key = pair_key(pieces.a, pieces.b);
     std::uint32_t slot = pair_slot(key, sweep.pair_mask);
     while (exec::atomic_cas(sweep.pairs[slot], no_pair, key) != no_pair) slot = (slot + 1) & sweep.pair_mask;
   }
@@ -117,9 +119,7 @@ struct TakeOverlaps {
 
  private:
   FATHOM_HD void take(std::uint32_t i, std::uint32_t j) const {
-    const BodyConstants &a = bodies.constants[i], &b = bodies.constants[j];
-    if (!a.is_dynamic() && !b.is_dynamic()) return;
-    if (!may_collide(bodies, i, j)) return;
+    if (!may_touch(bodies, i, j)) return;
     if (is_entered(sweep, i, j)) return;
     const std::uint32_t index = exec::atomic_add(counters->found, 1u);
     if (index < contacts.capacity) contacts.found[index] = {i, j};
