@@ -147,7 +147,7 @@ TEST(Symmetry, ABoxIsAHullIsACompound) {
       if (scene == 2) def.pose = {{0, 0, 1}, 0, axis_angle({0, 1, 0}, 0.3f)};
       const BodyId id = world.add(def);
       run(world, 120);
-      if (&shape == shapes.data()) of_box = world.pose(id).position;
+      if (&shape == &shapes[0]) of_box = world.pose(id).position;
       EXPECT_LT(distance(world.pose(id).position, of_box), 0.02f) << "scene " << scene;
     }
   }
