@@ -36,7 +36,7 @@ SurfaceContact contact_of(const Shape& surface, const Shape& shape, const Pose& 
 /// The deepest separation (m) of the manifold whose normal is closest to `normal`; 1 if none is close.
 float deepest_along(const SurfaceContact& contact, Vec3 normal) {
   for (const Manifold& m : std::span(contact.manifolds).first(static_cast<std::size_t>(contact.count)))
-    if (dot(m.normal, normal) > 0.99f) return nearest_of(m);
+    if (dot(m.normal, normal) > 0.99f) return nearest_separation(m);
   return 1;
 }
 

@@ -98,7 +98,7 @@ float joint_gap(const Scene& scene, const SceneJoint& joint, std::span<const Pos
   const bool in_b = scene.bodies[joint.b].motion != MotionType::dynamic;
   const Quat frame = poses[in_b ? joint.b : joint.a].rotation * (in_b ? def.frame_b : def.frame_a).rotation;
   const Vec3 along = inverse_rotate(normalize(frame), gap);
-  return length({excess(def.axes[0], along.x), excess(def.axes[1], along.y), excess(def.axes[2], along.z)});
+  return length(Vec3{excess(def.axes[0], along.x), excess(def.axes[1], along.y), excess(def.axes[2], along.z)});
 }
 
 float lowest_point(const Shape& shape, const Pose& pose) {

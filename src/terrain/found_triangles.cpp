@@ -2,32 +2,14 @@
 
 #include <algorithm>
 #include <bit>
-#include <span>
 
+#include "terrain/triangle_contact.hpp"
 #include "terrain/triangle_lanes.hpp"
 
 namespace fathom {
 namespace {
 
 constexpr std::uint32_t no_corner = 0xffffffff;
-
-/// Whether `other`, which has the shared corners of `t`, rises along the axis.
-bool does_rise(const SurfaceTriangle& t, const SurfaceTriangle& other, std::span<const std::uint32_t> shared,
-               Vec3 axis) {
-  constexpr float flat = 2e-5f;  // sine of the largest angle that rounding can cause
-  if (std::ranges::equal(other.names, t.names)) return false;
-  const auto is_shared = [&](std::uint32_t name) { return std::ranges::find(shared, name) != shared.end(); };
-  Vec3 at;
-  for (int k = 0; k < 3; ++k)
-    if (is_shared(other.names[k])) at = other.corners[k];
-  for (int k = 0; k < 3; ++k) {
-    if (is_shared(other.names[k])) continue;
-    const Vec3 way = other.corners[k] - at;
-    const float height = dot(way, axis);
-    if (height > 0 && height * height > flat * flat * length_squared(way)) return true;
-  }
-  return false;
-}
 
 Aabb box_of(const EightTriangles& eight) {
   const auto corner = [&](int k, int lane) {
@@ -43,25 +25,22 @@ Aabb box_of(const EightTriangles& eight) {
 }  // namespace
 
 bool FoundTriangles::rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const {
-  std::uint32_t names[3];
-  std::size_t count = 0;
-  for (unsigned k = 0; k < 3; ++k)
-    if (tips >> k & 1) names[count++] = t.names[k];
-  const std::span<const std::uint32_t> shared(names, count);
+  const SharedCorners shared(t, tips);
   const auto any_rises = [&](const EightTriangles& eight, unsigned beside) {
-    for (const std::uint32_t name : shared.subspan(1)) beside &= eight.having(name);
+    for (int i = 1; i < shared.count; ++i) beside &= eight.having(shared.names[i]);
     for (; beside != 0; beside &= beside - 1)
       if (does_rise(t, eight.at(lowest_bit(beside)), shared, axis)) return true;
     return false;
   };
   if (eights_.size() < few)
-    return std::ranges::any_of(eights_,
-                               [&](const EightTriangles& eight) { return any_rises(eight, eight.having(shared[0])); });
+    return std::ranges::any_of(
+        eights_, [&](const EightTriangles& eight) { return any_rises(eight, eight.having(shared.names[0])); });
   index_corners();
-  for (std::uint32_t corner = index_.first[chain_of(shared[0])]; corner != no_corner; corner = index_.next[corner]) {
+  for (std::uint32_t corner = index_.first[chain_of(shared.names[0])]; corner != no_corner;
+       corner = index_.next[corner]) {
     const EightTriangles& eight = eights_[corner / 24];
     const std::uint32_t lane = corner / 3 % 8;
-    if (eight.names[corner % 3][lane] == shared[0] && any_rises(eight, 1u << lane)) return true;
+    if (eight.names[corner % 3][lane] == shared.names[0] && any_rises(eight, 1u << lane)) return true;
   }
   return false;
 }
@@ -115,8 +94,8 @@ bool FoundTriangles::is_nearer_outside(Vec3 point, float depth, float tolerance)
   // The point is over or under the triangle, at most so far away; a little more for rounding.
   const Aabb near = grown({point, point}, 1.001f * max(depth, tolerance) + tolerance);
   return any_eight_near(near, [&](const EightTriangles& eight) {
-    const Triangles t(eight);
-    const Eight height = plane_height(t.planes, fathom::eight(point));
+    const TriangleLanes<EightLanes> t = make_lanes(eight);
+    const Eight height = dot(t.normals, fathom::eight(point)) - t.offsets;
     EightInts under = (height <= fathom::eight(tolerance)) & (height > fathom::eight(tolerance - depth));
     for (int k = 0; k < 3; ++k)
       under = under & (dot(t.inward[k], fathom::eight(point) - t.corners[k]) >= fathom::eight(0.0f));

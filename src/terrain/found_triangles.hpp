@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "terrain/triangle_contact.hpp"
+#include "terrain/eight_triangles.hpp"
 
 namespace fathom {
 
@@ -15,11 +15,12 @@ struct FoundIndex {
 
 /// Triangles relative to a shape's centre, in an order that keeps neighbours together. A large shape on a fine surface
 /// finds tens of thousands, each of which asks about its neighbours: from `few` eights on, indices answer.
-class FoundTriangles final : public Surroundings {
+class FoundTriangles {
  public:
   FoundTriangles(const std::vector<EightTriangles>& eights, FoundIndex& index) : eights_(eights), index_(index) {}
 
-  bool rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const override;
+  /// See `collide_triangle`.
+  bool rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const;
   /// Whether a point `depth` (m) behind a triangle has a shorter way out of the surface through another triangle.
   bool is_nearer_outside(Vec3 point, float depth, float tolerance) const;
 

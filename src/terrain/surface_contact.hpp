@@ -8,24 +8,10 @@
 #include <vector>
 
 #include "terrain/found_triangles.hpp"
+#include "terrain/surface_patch.hpp"
+#include "terrain/turned_shape.hpp"
 
 namespace fathom {
-
-inline constexpr int max_surface_manifolds = 8;
-/// Minimum cosine between normals of manifolds that count as the same from step to step.
-inline constexpr float alike_normals = 0.9f;
-
-struct SurfaceContact {
-  Manifold manifolds[max_surface_manifolds];
-  bool is_reduced[max_surface_manifolds];  ///< it lacks some points
-  int count = 0;
-};
-
-/// A manifold by which the surface pushed the shape in the last step.
-struct SurfacePush {
-  Vec3 normal;     ///< unit, the surface's axes
-  PatchLoad load;  ///< the surface's frame
-};
 
 /// Intermediate results; kept from call to call for their memory.
 struct SurfaceScratch {

@@ -1,11 +1,12 @@
-// Triangles of a surface relative to the centre of a convex shape, so that surfaces of kilometres cost no precision;
-// single ones and eight side by side.
+// A triangle of a surface relative to the centre of a convex shape, so that surfaces of kilometres cost no precision.
+// For host and device.
 #pragma once
 
-#include <cstring>
+#include <cstdint>
+#include <fathom/math.hpp>
 #include <fathom/mesh.hpp>
 
-#include "collision/eight.hpp"
+#include "math/vec3d.hpp"
 
 namespace fathom {
 
@@ -15,47 +16,23 @@ struct SurfaceTriangle {
   float offset;            ///< m, offset of its plane along the normal
   std::uint32_t names[3];  ///< of its corners
 
-  /// `origin`: the other shape's position in the surface's frame.
-  SurfaceTriangle(const Triangle& triangle, Vec3 origin);
   SurfaceTriangle() = default;
+  /// `origin`: the other shape's position in the surface's frame.
+  FATHOM_HD SurfaceTriangle(const Triangle& triangle, Vec3 origin) {
+    for (int k = 0; k < 3; ++k) corners[k] = triangle.corners[k] - origin, names[k] = triangle.vertices[k];
+    // In double precision: triangles may be a kilometre long and a millimetre wide.
+    const Vec3d a = to_double(triangle.corners[0]);
+    const Vec3d n = cross(to_double(triangle.corners[1]) - a, to_double(triangle.corners[2]) - a);
+    normal = to_float((1 / fathom::length(n)) * n);
+    offset = dot(normal, corners[0]);
+  }
 };
 
-/// Up to eight triangles.
-struct EightTriangles {
-  Hull::Eight corners[3] = {};
-  Hull::Eight planes = {};  ///< with offsets in w
-  alignas(32) std::uint32_t names[3][8] = {};
-  int count = 0;
-
-  void add(const SurfaceTriangle& t) {
-    for (int k = 0; k < 3; ++k) {
-      corners[k].x[count] = t.corners[k].x, corners[k].y[count] = t.corners[k].y, corners[k].z[count] = t.corners[k].z;
-      names[k][count] = t.names[k];
-    }
-    planes.x[count] = t.normal.x, planes.y[count] = t.normal.y, planes.z[count] = t.normal.z;
-    planes.w[count++] = t.offset;
-  }
-  SurfaceTriangle at(int lane) const {
-    SurfaceTriangle t;
-    for (int k = 0; k < 3; ++k) {
-      t.corners[k] = {corners[k].x[lane], corners[k].y[lane], corners[k].z[lane]};
-      t.names[k] = names[k][lane];
-    }
-    t.normal = {planes.x[lane], planes.y[lane], planes.z[lane]}, t.offset = planes.w[lane];
-    return t;
-  }
-  /// A bit for each triangle with a corner of this name.
-  unsigned having(std::uint32_t name) const {
-    const EightInts wanted = eight(static_cast<std::int32_t>(name));
-    const auto same = [&](int k) {
-      EightInts of_corners;
-      std::memcpy(&of_corners, names[k], sizeof of_corners);
-      return of_corners == wanted;
-    };
-    return bits(same(0) | same(1) | same(2)) & present();
-  }
-  /// A bit for each triangle.
-  unsigned present() const { return (1u << count) - 1; }
-};
+/// The triangle in axes that are turned by `rotation` in its own.
+FATHOM_HD SurfaceTriangle in_axes(Quat rotation, SurfaceTriangle t) {
+  for (Vec3& corner : t.corners) corner = inverse_rotate(rotation, corner);
+  t.normal = inverse_rotate(rotation, t.normal);
+  return t;
+}
 
 }  // namespace fathom

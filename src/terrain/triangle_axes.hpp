@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "terrain/surface_triangle.hpp"
+#include "terrain/eight_triangles.hpp"
 #include "terrain/turned_shape.hpp"
 
 namespace fathom {
@@ -19,11 +19,14 @@ struct TriangleAxes {
   /// Edges of the triangle and of the shape with the largest separation, if that exceeds the separation of all faces by
   /// more than the tolerance; else −1.
   alignas(32) std::int32_t edge[8], edge_of_shape[8];
+
+  /// Those of one triangle.
+  AxesOfTriangles<OneLane> at(int lane) const {
+    return {(near >> lane & 1) != 0, of_normal[lane], of_face[lane], face[lane], edge[lane], edge_of_shape[lane]};
+  }
 };
 
-/// A triangle is not near if the shape's centre is behind its front by more than half the shape's inner radius. The
-/// shape then counts as coming from behind, as it may if the surface is open. A shape that the surface already pushes
-/// along one of `pushed` (unit) came from the front and may penetrate by its whole size. `margin` in m.
+/// `pushed`: unit normals along which the surface already pushes the shape (triangle_axes-inl.hpp). `margin` in m.
 TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin,
                      std::span<const Vec3> pushed);
 

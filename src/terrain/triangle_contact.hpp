@@ -1,32 +1,14 @@
-// Contact of a triangle of a surface with a convex shape.
+// Contact of a triangle of a surface with a convex shape. Pure, for host and device.
 //
-// All in the surface's axes with the convex shape's centre as origin, so that surfaces of kilometres cost no precision.
-// A triangle is solid behind: bodies touch only its outside, and axes across its edges and corners count only if the
+// All in the same axes with the convex shape's centre as origin, so that surfaces of kilometres cost no precision. A
+// triangle is solid behind: bodies touch only its outside, and axes across its edges and corners count only if the
 // adjacent surface does not rise along them. So a flat floor of many triangles has no edges to catch on.
 #pragma once
 
-#include "collision/manifold.hpp"
-#include "terrain/triangle_axes.hpp"
+#include "collision/collide.hpp"
+#include "terrain/triangle_axes-inl.hpp"
 
 namespace fathom {
-
-/// The surface around the tested triangles.
-class Surroundings {
- public:
-  /// Whether the surface adjacent to the triangle at its shared corners `tips` (a bit each) rises above the plane
-  /// through them with normal `axis` (unit, outward).
-  virtual bool rises(const SurfaceTriangle& triangle, unsigned tips, Vec3 axis) const = 0;
-
- protected:
-  ~Surroundings() = default;
-};
-
-/// The smallest separation (m) of the manifold's points (at least one).
-inline float nearest_of(const Manifold& m) {
-  float nearest = m.points[0].separation;
-  for (int i = 1; i < m.count; ++i) nearest = min(nearest, m.points[i].separation);
-  return nearest;
-}
 
 struct TriangleContact {
   Manifold manifold;
@@ -36,9 +18,223 @@ struct TriangleContact {
   bool is_deep = false;  ///< … and reaches deeper than the shape is thick
 };
 
+/// Corners of a triangle, or of its neighbours, that an axis asks about.
+struct SharedCorners {
+  std::uint32_t names[3] = {};
+  int count = 0;
+
+  FATHOM_HD SharedCorners(const SurfaceTriangle& t, unsigned tips) {
+    for (unsigned k = 0; k < 3; ++k)
+      if (tips >> k & 1) names[count++] = t.names[k];
+  }
+  FATHOM_HD bool have(std::uint32_t name) const {
+    for (int i = 0; i < count; ++i)
+      if (names[i] == name) return true;
+    return false;
+  }
+  /// Whether the triangle has all of them.
+  FATHOM_HD bool are_in(const std::uint32_t (&corners)[3]) const {
+    for (int i = 0; i < count; ++i)
+      if (corners[0] != names[i] && corners[1] != names[i] && corners[2] != names[i]) return false;
+    return true;
+  }
+};
+
+/// Whether `other`, which has the shared corners of `t`, rises along the axis.
+FATHOM_HD bool does_rise(const SurfaceTriangle& t, const SurfaceTriangle& other, const SharedCorners& shared,
+                         Vec3 axis) {
+  constexpr float flat = 2e-5f;  // sine of the largest angle that rounding can cause
+  if (other.names[0] == t.names[0] && other.names[1] == t.names[1] && other.names[2] == t.names[2]) return false;
+  Vec3 at;
+  for (int k = 0; k < 3; ++k)
+    if (shared.have(other.names[k])) at = other.corners[k];
+  for (int k = 0; k < 3; ++k) {
+    if (shared.have(other.names[k])) continue;
+    const Vec3 way = other.corners[k] - at;
+    const float height = dot(way, axis);
+    if (height > 0 && height * height > flat * flat * length_squared(way)) return true;
+  }
+  return false;
+}
+
+/// A triangle as a hull with two faces; the first faces outward.
+class TriangleHull {
+ public:
+  FATHOM_HD TriangleHull(const SurfaceTriangle& t, float outer)
+      : planes_{{t.normal, t.offset}, {-t.normal, -t.offset}}, view_{t.corners, edges_, planes_, face_edges_, 3, 6, 2} {
+    view_.inner = outer, view_.outer = outer;  // the other shape is the thin one
+  }
+  TriangleHull(const TriangleHull&) = delete;
+  TriangleHull& operator=(const TriangleHull&) = delete;
+  FATHOM_HD const HullView& view() const { return view_; }
+
+ private:
+  Hull::HalfEdge edges_[6] = {{2, 0, 0}, {5, 1, 1}, {4, 1, 0}, {1, 2, 1}, {0, 2, 0}, {3, 0, 1}};
+  std::uint16_t face_edges_[2] = {0, 1};
+  Hull::Plane planes_[2];
+  HullView view_;
+};
+
+FATHOM_HD float largest_coordinate(const SurfaceTriangle& t) {
+  return max(max_component(abs(t.corners[0])), max(max_component(abs(t.corners[1])), max_component(abs(t.corners[2]))));
+}
+
+/// The corners farthest along the axis, within `tolerance` (m).
+FATHOM_HD unsigned tips_along(const SurfaceTriangle& t, Vec3 axis, float tolerance) {
+  const float heights[] = {dot(t.corners[0], axis), dot(t.corners[1], axis), dot(t.corners[2], axis)};
+  const float highest = max(heights[0], max(heights[1], heights[2]));
+  unsigned tips = 0;
+  for (unsigned k = 0; k < 3; ++k) tips |= (heights[k] >= highest - tolerance ? 1u : 0u) << k;
+  return tips;
+}
+
+constexpr unsigned all_tips = 7;
+
+/// Whether bodies that touch the corners `tips` may be pushed along the axis (unit, away from the triangle): not
+/// inward, and not where the adjacent surface rises.
+FATHOM_HD bool may_push(const SurfaceTriangle& t, Vec3 axis, unsigned tips, const auto& around) {
+  constexpr float inward = -0.1f;  // allows axes across the normals at ridges of back-to-back faces
+  return tips != all_tips && dot(axis, t.normal) > inward && !around.rises(t, tips, axis);
+}
+
+/// Ends of edge k.
+FATHOM_HD unsigned tips_of_edge(int k) { return 1u << k | 1u << (k + 1) % 3; }
+
+/// Replaces the triangle's own corner and edge indices with global names, so that points of neighbouring triangles on a
+/// shared corner or edge have the same feature in every step.
+FATHOM_HD void name_features(const SurfaceTriangle& t, Manifold& m) {
+  for (int i = 0; i < m.count; ++i) {
+    std::uint32_t& feature = m.points[i].feature;
+    const auto kind = static_cast<FeatureKind>(feature >> 30);
+    const std::uint32_t a = feature >> 15 & 0x7fff, b = feature & 0x7fff;
+    if (kind == FeatureKind::vertex_of_a) {
+      feature = make_feature(kind, t.names[a % 3] & 0x7fff, b);
+    } else if (kind == FeatureKind::edges) {
+      const std::uint32_t p = t.names[a % 3], q = t.names[(a + 1) % 3];
+      feature = make_feature(kind, ((p < q ? p : q) * 31 + (p < q ? q : p)) & 0x7fff, b);
+    }
+  }
+}
+
+/// Unit normal across edge k of the triangle and the shape's edge.
+FATHOM_HD Vec3 edge_normal(const SurfaceTriangle& t, int k, const EdgeArc& of_shape) {
+  const Vec3 along = t.corners[(k + 1) % 3] - t.corners[k];
+  const Vec3 across = cross(along, of_shape.along);
+  const Vec3 axis = dot(across, cross(t.normal, along)) > 0 ? -across : across;
+  return (1 / length(axis)) * axis;
+}
+
+FATHOM_HD void edge_contact(const SurfaceTriangle& t, const HullView& shape, const EdgesAxis& axis, float margin,
+                            Manifold& m) {
+  const Vec3 from = t.corners[axis.a];
+  const EdgeView b = edge_view(shape, axis.b);
+  const SegmentPair closest = closest_points({from, t.corners[(axis.a + 1) % 3] - from}, {b.from, b.along});
+  const float separation = dot(axis.normal, b.from - from);
+  if (separation > 0 && length_squared(closest.on_2 - closest.on_1) > margin * margin) return;
+  m.normal = axis.normal;
+  m.count = 1;
+  m.points[0].position = 0.5f * (closest.on_1 + closest.on_2);
+  m.points[0].separation = separation;
+  m.points[0].feature = edge_feature(static_cast<std::uint32_t>(axis.a), static_cast<std::uint32_t>(axis.b), false);
+}
+
+FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const AxesOfTriangles<OneLane>& axes,
+                                             const auto& shape, float margin, const auto& around) {
+  TriangleContact contact;
+  Manifold& m = contact.manifold;
+  const HullView& b = shape.turned();
+  bool is_refused = false;
+  if (axes.edge >= 0) {
+    const Vec3 normal = edge_normal(t, axes.edge, shape.edge(axes.edge_of_shape));
+    if (may_push(t, normal, tips_of_edge(axes.edge), around)) {
+      edge_contact(t, b, {axes.edge, axes.edge_of_shape, 0, normal}, margin, m);
+      return contact;
+    }
+    is_refused = true;
+  }
+  const TriangleHull hull(t, largest_coordinate(t));
+  HullPair pair = make_hull_pair(hull.view(), shape.hull(), {{}, 0, shape.rotation()});
+  Tolerance& tolerance = pair.tolerance;
+  tolerance.side = tolerance.noise;  // sides moved outward would meet far beyond a sharp corner
+  const int face = axes.face;
+  const Vec3 out_of_shape = face >= 0 ? -b.planes[face].normal : Vec3{};
+  const bool is_nearer = axes.of_face > axes.of_normal + tolerance.axis;
+  const bool by_shape =
+      is_nearer && may_push(t, out_of_shape, tips_along(t, out_of_shape, tolerance.depth_tie), around);
+  is_refused |= is_nearer;
+  AxisCache unused;
+  hull_face_contact(pair, by_shape ? face : 0, by_shape, margin, {}, unused, m);
+  if (by_shape || m.count == 0) return contact;
+  contact.is_deep = nearest_separation(m) < -shape.inner();
+  contact.is_doubtful = contact.is_deep || (is_refused && nearest_separation(m) < -tolerance.axis);
+  return contact;
+}
+
+/// One point at the nearest edge or corner, or two at the ends of the part of the core that is over the triangle, each
+/// with the edge that clipped it.
+FATHOM_HD Manifold collide_round(const SurfaceTriangle& t, const auto& shape, float margin, const auto& around) {
+  Manifold m;
+  const RoundShape& round = shape.round();
+  const Segment& core = round.core;
+  const Hull::Plane plane{t.normal, t.offset};
+  const float height_from = plane_height(plane, core.from), height_end = plane_height(plane, end_of(core));
+  const float reach = round.radius + margin;
+
+  const float extent = largest_coordinate(t);
+  const TriangleHull hull(t, extent);
+  const Tolerance tolerance = make_tolerance(round.radius, extent);
+  const Stretch over = clip_segment(hull.view(), 0, core, tolerance.noise);
+  float lowest_over = 3e38f;
+  if (!over.empty())
+    lowest_over =
+        min(fma(over.lo, height_end - height_from, height_from), fma(over.hi, height_end - height_from, height_from));
+
+  SegmentPair nearest{};
+  float nearest_squared = 3e38f;
+  int nearest_edge = 0;
+  for (int k = 0; k < 3; ++k) {
+    const SegmentPair pair = closest_points({t.corners[k], t.corners[(k + 1) % 3] - t.corners[k]}, core);
+    const float squared = length_squared(pair.on_2 - pair.on_1);
+    if (squared < nearest_squared) nearest = pair, nearest_squared = squared, nearest_edge = k;
+  }
+  const bool by_face =
+      lowest_over < 3e38f && (lowest_over <= 0 || lowest_over * lowest_over <= nearest_squared * (1 + 1e-5f));
+  if (!by_face) {
+    const float gap = fathom::sqrt(nearest_squared);
+    if (gap > reach) return m;
+    const Vec3 axis = (1.0f / gap) * (nearest.on_2 - nearest.on_1);
+    const unsigned tips =
+        nearest.s <= 0 || nearest.s >= 1 ? 1u << (nearest_edge + (nearest.s > 0)) % 3 : tips_of_edge(nearest_edge);
+    if (gap > tolerance.noise && may_push(t, axis, tips, around)) {
+      m.normal = axis;
+      add_round_point(m, nearest.on_1, 0, gap, round.radius, segment_feature(nearest.t, nearest_edge));
+      return m;
+    }
+  }
+  if (over.empty()) return m;
+  m.normal = plane.normal;
+  const bool one = length(core.along) * (over.hi - over.lo) <= tolerance.side;
+  for (int i = 0; i < (one ? 1 : 2); ++i) {
+    const float at = i == 0 ? over.lo : over.hi, height = fma(at, height_end - height_from, height_from);
+    if (height > reach) continue;
+    const Vec3 point = mul_add(core.from, at, core.along);
+    const int edge = i == 0 ? over.lo_edge : over.hi_edge;
+    add_round_point(m, mul_add(point, -height, plane.normal), 0, height, round.radius,
+                    segment_feature(at, (edge > 0 ? edge : 0) >> 1));
+  }
+  return m;
+}
+
 /// The contact where a triangle and the shape are nearer than `margin` (m); the normal points from the triangle to the
-/// shape. `axes` (of eight, `axes_of`) must call the triangle, number `lane`, near.
-TriangleContact collide_triangle(const SurfaceTriangle& triangle, const TriangleAxes& axes, int lane,
-                                 const TurnedShape& shape, float margin, const Surroundings& surroundings);
+/// shape. `axes` must call the triangle near. `around.rises(triangle, tips, axis)`: whether the surface adjacent to the
+/// triangle at its shared corners `tips` (a bit each) rises above the plane through them with normal `axis` (unit,
+/// outward). The shape is one of `axes_of`, with hull() and rotation() in addition.
+FATHOM_HD TriangleContact collide_triangle(const SurfaceTriangle& triangle, const AxesOfTriangles<OneLane>& axes,
+                                           const auto& shape, float margin, const auto& around) {
+  TriangleContact contact = shape.is_round() ? TriangleContact{collide_round(triangle, shape, margin, around)}
+                                             : collide_polyhedron(triangle, axes, shape, margin, around);
+  name_features(triangle, contact.manifold);
+  return contact;
+}
 
 }  // namespace fathom

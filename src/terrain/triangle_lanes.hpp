@@ -1,8 +1,8 @@
 // Eight triangles side by side against a convex shape: shared by the axis searches.
 #pragma once
 
-#include "collision/hull_round.hpp"
-#include "terrain/surface_triangle.hpp"
+#include "terrain/eight_triangles.hpp"
+#include "terrain/triangle_axes-inl.hpp"
 
 namespace fathom {
 
@@ -12,42 +12,38 @@ inline EightVec3 cross(const EightVec3& a, const EightVec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline Eight length_squared(const EightVec3& a) { return dot(a, a); }
-inline Eight largest_coordinate(const EightVec3& a) { return max(abs(a.x), max(abs(a.y), abs(a.z))); }
-inline EightVec3 negated_where(EightInts mask, const EightVec3& a) {
-  return {select(mask, -a.x, a.x), select(mask, -a.y, a.y), select(mask, -a.z, a.z)};
-}
 
-/// Eight triangles, their planes and edges.
-struct Triangles {
-  EightVec3 corners[3], along[3], inward[3];
-  EightPlanes planes;
-  Eight squared_lengths[3];
-  Eight reach;  ///< largest coordinate (m)
+struct EightLanes {
+  using Real = Eight;
+  using Int = EightInts;
+  using Vec = EightVec3;
+  using Mask = EightInts;
 
-  explicit Triangles(const EightTriangles& t) {
-    for (int k = 0; k < 3; ++k) corners[k] = vectors(t.corners[k]);
-    planes = {vectors(t.planes), eight(t.planes.w)};
-    for (int k = 0; k < 3; ++k) {
-      along[k] = corners[(k + 1) % 3] - corners[k];
-      inward[k] = cross(planes.normals, along[k]);
-      squared_lengths[k] = length_squared(along[k]);
-    }
-    reach = max(largest_coordinate(corners[0]), max(largest_coordinate(corners[1]), largest_coordinate(corners[2])));
+  static Eight all(float x) { return eight(x); }
+  static EightInts all(std::int32_t x) { return eight(x); }
+  static EightVec3 all(Vec3 v) { return eight(v); }
+  static bool any(EightInts m) { return bits(m) != 0; }
+  static EightInts both(EightInts a, EightInts b) { return a & b; }
+  static EightInts either(EightInts a, EightInts b) { return a | b; }
+  static EightInts without(EightInts a, EightInts b) { return a & ~b; }
+  static Eight select(EightInts m, Eight a, Eight b) { return fathom::select(m, a, b); }
+  static EightInts select(EightInts m, EightInts a, EightInts b) { return fathom::select(m, a, b); }
+  static EightVec3 negated_where(EightInts m, const EightVec3& a) {
+    return {select(m, -a.x, a.x), select(m, -a.y, a.y), select(m, -a.z, a.z)};
   }
 };
 
-/// The lowest heights of a polyhedron's vertices along eight directions.
-inline Eight lowest_along(const HullView& shape, const EightVec3& directions) {
-  Eight lowest = dot(directions, eight(shape.vertices[0]));
-  for (int i = 1; i < shape.vertex_count; ++i) lowest = min(dot(directions, eight(shape.vertices[i])), lowest);
-  return lowest;
+/// Corners and planes only (`complete`).
+inline TriangleLanes<EightLanes> begin_lanes(const EightTriangles& triangles) {
+  TriangleLanes<EightLanes> t;
+  for (int k = 0; k < 3; ++k) t.corners[k] = vectors(triangles.corners[k]);
+  t.normals = vectors(triangles.planes), t.offsets = eight(triangles.planes.w);
+  return t;
 }
-
-/// Separations of the triangles from the shape's face f.
-inline Eight separation_from_face(const HullView& shape, int f, const Triangles& t) {
-  const EightVec3 n = eight(shape.planes[f].normal);
-  const Eight lowest = min(dot(n, t.corners[0]), min(dot(n, t.corners[1]), dot(n, t.corners[2])));
-  return lowest - eight(shape.planes[f].offset);
+inline TriangleLanes<EightLanes> make_lanes(const EightTriangles& triangles) {
+  TriangleLanes<EightLanes> t = begin_lanes(triangles);
+  t.complete();
+  return t;
 }
 
 }  // namespace fathom

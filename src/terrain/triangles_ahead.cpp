@@ -10,7 +10,7 @@ Eight shortened(const EightVec3& axes, const EightVec3& way) { return min(dot(ax
 
 /// Of the shape's core.
 Eight lowest_along(const TurnedShape& shape, const EightVec3& directions) {
-  if (!shape.is_round()) return lowest_along(shape.turned(), directions);
+  if (!shape.is_round()) return lowest_along<EightLanes>(shape.turned(), directions);
   const Segment& core = shape.round().core;
   return min(dot(directions, eight(core.from)), dot(directions, eight(end_of(core))));
 }
@@ -18,13 +18,13 @@ Eight lowest_along(const TurnedShape& shape, const EightVec3& directions) {
 }  // namespace
 
 unsigned met_on_way(const EightTriangles& triangles, const TurnedShape& shape, Vec3 way, float around) {
-  const Triangles t(triangles);
+  const TriangleLanes<EightLanes> t = make_lanes(triangles);
   const EightVec3 ways = eight(way);
   const float radius = shape.is_round() ? shape.round().radius : 0;
   const Eight reach = eight(around + radius) + eight(separation_rounding) * (t.reach + eight(shape.outer()));
-  const EightVec3& normals = t.planes.normals;
+  const EightVec3& normals = t.normals;
   EightInts met = (lane_numbers() < eight(triangles.count)) &
-                  (lowest_along(shape, normals) - t.planes.offsets + shortened(normals, ways) <= reach);
+                  (lowest_along(shape, normals) - t.offsets + shortened(normals, ways) <= reach);
   for (int k = 0; k < 3 && bits(met) != 0; ++k) {
     const EightVec3 outward = eight(-1.0f) * t.inward[k];
     const Eight separation = lowest_along(shape, outward) - dot(outward, t.corners[k]);

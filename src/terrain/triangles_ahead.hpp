@@ -2,6 +2,7 @@
 #pragma once
 
 #include "terrain/surface_triangle.hpp"
+#include "terrain/eight_triangles.hpp"
 #include "terrain/turned_shape.hpp"
 
 namespace fathom {

@@ -30,14 +30,10 @@ void TurnedShape::turn(const Geometry& shape, Quat rotation) {
   turned_.vertex_eights = turned_.plane_eights = nullptr;
 }
 
-const std::vector<EdgeArc>& TurnedShape::edges() const {
+const EdgeArc& TurnedShape::edge(int i) const {
   if (edges_.empty())
-    for (int e = 0; 2 * e < turned_.edge_count; ++e) {
-      const EdgeView edge = edge_view(turned_, e);
-      edges_.push_back(
-          {edge.from, edge.along, cross(edge.left, edge.along), cross(edge.right, edge.along), edge.left + edge.right});
-    }
-  return edges_;
+    for (int e = 0; e < edge_count(); ++e) edges_.push_back(edge_arc(turned_, e));
+  return edges_[static_cast<std::size_t>(i)];
 }
 
 }  // namespace fathom

@@ -5,15 +5,9 @@
 
 #include "collision/box_hull.hpp"
 #include "collision/round_shapes.hpp"
+#include "terrain/triangle_axes-inl.hpp"
 
 namespace fathom {
-
-/// An edge of a polyhedron and its arc on the Gauss map, between the normals of its two faces.
-struct EdgeArc {
-  Vec3 from, along;
-  Vec3 of_left, of_right;  ///< bounds of the arc: a normal on it is between these
-  Vec3 middle;             ///< sum of the faces' normals
-};
 
 class TurnedShape {
  public:
@@ -29,7 +23,9 @@ class TurnedShape {
   /// For a box or a hull: in its own axes and rotated.
   const HullView& hull() const { return hull_; }
   const HullView& turned() const { return turned_; }
-  const std::vector<EdgeArc>& edges() const;  ///< of a box or a hull, rotated; built on first use
+  /// Edges of a box or a hull, rotated.
+  int edge_count() const { return turned_.edge_count / 2; }
+  const EdgeArc& edge(int i) const;
   Quat rotation() const { return rotation_; }
   float inner() const { return inner_; }  ///< m, half the smallest thickness
   float outer() const { return outer_; }  ///< m, largest coordinate
@@ -41,7 +37,7 @@ class TurnedShape {
   HullView hull_, turned_;
   std::vector<Vec3> vertices_;
   std::vector<Hull::Plane> planes_;
-  mutable std::vector<EdgeArc> edges_;
+  mutable std::vector<EdgeArc> edges_;  // built on first use
   float inner_ = 0, outer_ = 0;
 };
 
