@@ -63,6 +63,7 @@ class FATHOM_API TriangleMesh final : public Surface {
   std::span<const Vec3> vertices() const { return vertices_; }
   /// Three vertices per triangle. Triangles are sorted in space, not in the order given.
   std::span<const std::uint32_t> indices() const { return indices_; }
+  std::span<const Node> nodes() const { return nodes_; }  ///< of the tree, whose leaves are ranges of triangles
 
   std::uint32_t triangle_count() const override { return static_cast<std::uint32_t>(indices_.size() / 3); }
   bool has(std::uint32_t triangle) const override { return triangle < triangle_count(); }

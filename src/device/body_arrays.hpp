@@ -14,6 +14,7 @@
 #include "dynamics/overlap.hpp"
 #include "dynamics/solver_body.hpp"
 #include "geometry/geometry.hpp"
+#include "terrain/surface_view.hpp"
 #include "world/filter.hpp"
 
 namespace fathom::device {
@@ -46,10 +47,12 @@ struct alignas(16) BodyConstants {
   Vec3 half_extents;
   float shape_radius = 0;
   float gravity_scale = 0, linear_damping = 0, angular_damping = 0;
-  std::uint32_t hull = 0;  ///< index of the shape's hull; for a compound, number of its children
+  std::uint32_t hull = 0;  ///< index of the shape's hull or surface; for a compound, number of its children
   float friction = 0, restitution = 0;
-  std::int32_t group = 0;     ///< of its filter
-  std::uint32_t link = none;  ///< for a compound, index of its first child; for a child, index of its body
+  std::int32_t group = 0;  ///< of its filter
+  /// For a compound, index of its first child; for a child, index of its body; for a surface, the first of the indices
+  /// that stand for its patches where contacts are ranked (`ranked_pieces`).
+  std::uint32_t link = none;
 
   FATHOM_HD MotionType motion() const { return static_cast<MotionType>(bits & motion_bits); }
   FATHOM_HD bool is_dynamic() const { return motion() == MotionType::dynamic; }
@@ -59,6 +62,8 @@ struct alignas(16) BodyConstants {
   FATHOM_HD bool has_moving_surface() const { return bits & moving_surface_bit; }
   FATHOM_HD bool is_filtered() const { return bits & filtered_bit; }
   FATHOM_HD bool is_child() const { return bits & child_bit; }
+  FATHOM_HD bool is_compound() const { return shape() == ShapeType::compound; }
+  FATHOM_HD bool is_surface() const { return shape() == ShapeType::mesh || shape() == ShapeType::height_field; }
   FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & shape_bits); }
 };
 static_assert(sizeof(BodyConstants) == 64);
@@ -216,6 +221,7 @@ struct Bodies {
       surface_velocities;  ///< m/s, body axes, for bodies with `has_moving_surface`; null if there never were any
   Of<Pose, body_data> child_poses;  ///< of children in their compounds; null if there never were any
   HullArrays hulls;
+  const SurfaceView* surfaces;
 
   // Moved by steps.
   Of<Pose, body_state> poses;
@@ -284,6 +290,11 @@ struct Bodies {
     Geometry g = geometry(i);
     g.hull.is_for_team = true;
     return g;
+  }
+  /// Bounds of a piece with this pose (m, world axes).
+  FATHOM_HD Aabb bounds(std::uint32_t i, const Pose& pose) const {
+    const BodyConstants& c = constants[i];
+    return c.is_surface() ? fathom::bounds(surfaces[c.hull].bounds, pose) : fathom::bounds(geometry(i), pose);
   }
   FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }
 };

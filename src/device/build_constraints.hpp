@@ -137,7 +137,7 @@ struct ColourContacts {
     const std::uint32_t index = contacts.uncoloured[round % 2][k];
     Contact& c = contacts.contacts[index];
     if (!c.touching()) return;
-    const TouchingPieces pieces = pieces_of(bodies, c);
+    const TouchingPieces pieces = ranked_pieces(bodies, c);
     // Later rounds have higher values, so earlier posts need no clearing.
     const std::uint64_t mine = std::uint64_t{round + 1} << 56 | priority(pieces.a, pieces.b);
     if (phase % 2 == 0) {
@@ -344,7 +344,7 @@ struct ScheduleColours {
     for (std::uint32_t k = 0; c.may_bounce && k < noted_bounce_sweeps; ++k) c.bounced[k] = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;
-      c.taken_manifolds -= c.all_deferred();
+      c.taken_manifolds -= c.needed_manifolds();
       c.live_bodies = c.live_contacts = c.contact_groups = 0;
     }
     if (c.live_bodies == 0) {

@@ -42,19 +42,30 @@ enum ContactBits : std::uint32_t {
   apart_bit = 0x20000,              ///< a joint keeps the bodies from touching
   on_moving_surface_bit = 0x40000,  ///< a body has a moving surface; set once the contact has touched
   in_parts_bit = 0x80000,           ///< a body is a compound: `children` counts (pieces.hpp)
+  // Bits 20 to 23 are those of `touch_halvings_shift`.
+  with_surface_bit = 0x1000000,  ///< A is a surface: the pair's patches have contacts of their own (surfaces.hpp)
+  patch_bit = 0x2000000,         ///< one of those contacts
 };
 
 struct alignas(16) Contact {
   std::uint32_t a = none, b = none;  ///< device indices; a non-dynamic body is always A; `none`: unused
   AxisCache axis;
   std::uint32_t bits = overflow_colour;
-  float recycle_distance = 0;     ///< m
-  std::uint32_t manifold = none;  ///< index of the manifold, if touching
+  float recycle_distance = 0;  ///< m
+  /// Index of the manifold, if touching; for a pair with a surface, of its first patch.
+  std::uint32_t manifold = none;
   /// Penetration (m) that counts as touching (dynamics/overlap.hpp); below 0, the contact counts as deeper than it is
   /// (dynamics/lift.hpp).
   float offset = 0;
-  std::uint32_t children = 0;  ///< which children of two compounds touch: A's in the upper half, B's in the lower
+  /// Which children of two compounds touch: A's in the upper half, B's in the lower. For a patch its number is in the
+  /// upper half.
+  std::uint32_t children = 0;
 
+  FATHOM_HD bool is_with_surface() const { return bits & with_surface_bit; }
+  FATHOM_HD bool is_patch() const { return bits & patch_bit; }
+  /// For a patch, index of the pair's next one, or `none`; it needs no recycle distance of its own.
+  FATHOM_HD std::uint32_t next_patch() const { return __builtin_bit_cast(std::uint32_t, recycle_distance); }
+  FATHOM_HD void set_next_patch(std::uint32_t index) { recycle_distance = __builtin_bit_cast(float, index); }
   FATHOM_HD bool in_parts() const { return bits & in_parts_bit; }
   FATHOM_HD std::uint32_t child_a() const { return children >> 16; }
   FATHOM_HD std::uint32_t child_b() const { return children & 0xffffu; }
@@ -74,14 +85,18 @@ struct alignas(16) Contact {
 };
 static_assert(sizeof(Contact) == 32);
 
-/// Pairs of shapes that are collided separately: neighbouring work-items then do the same work.
-enum ShapePair : std::uint32_t { boxes, hulls, others };  ///< two boxes; a hull and any shape; all others
-inline constexpr std::uint32_t shape_pairs = 3;
+/// Pairs of shapes that are collided separately: neighbouring work-items then do the same work. A surface makes pairs
+/// of its own with anything.
+enum ShapePair : std::uint32_t { boxes, hulls, others, surfaces };  ///< two boxes; a hull and any shape; all others
+inline constexpr std::uint32_t shape_pairs = 4;
 
 FATHOM_HD ShapePair shape_pair(ShapeType a, ShapeType b) {
   if (a == ShapeType::hull || b == ShapeType::hull) return hulls;
   return a == ShapeType::box && b == ShapeType::box ? boxes : others;
 }
+
+/// Contacts that a pair with a surface has beside its own, one for each patch in which the two may touch.
+inline constexpr std::uint32_t patches_per_pair = 8;
 
 /// Why a step stopped.
 enum Stop : std::uint32_t {
@@ -117,6 +132,7 @@ struct Counters {
   std::uint32_t bodies = 0;    ///< indices in use, holes included
   std::uint32_t contacts = 0;  ///< slots in use, holes included
   std::uint32_t free_contacts = 0;
+  std::uint32_t patches = 0;       ///< slots of patches, among those in use
   std::uint32_t layout_dirty = 1;  ///< colours changed since the constraints were last laid out
   std::uint32_t may_bounce = 0;    ///< some contact has had a restitution above zero
   std::uint32_t step = 0;          ///< steps done, modulo 2³²
@@ -133,11 +149,13 @@ struct Counters {
   std::uint32_t live_bodies = 0;  ///< `bodies`, or 0 if the step was stopped
   std::uint32_t live_contacts = 0;
   std::uint32_t contact_groups = 0;
-  std::uint32_t found = 0;      ///< pairs found by the search
-  std::uint32_t added = 0;      ///< `found`, or 0 if the step was stopped
-  std::uint32_t first_new = 0;  ///< the first slot after all used ones
-  std::uint32_t recycling = 0;  ///< free slots before this step's pairs took theirs
-  std::uint32_t levels = 1;     ///< grid levels with bodies, a bit each
+  std::uint32_t found = 0;                ///< pairs found by the search
+  std::uint32_t found_with_surfaces = 0;  ///< of them
+  std::uint32_t patch_slots_taken = 0;    ///< by those
+  std::uint32_t added = 0;                ///< `found`, or 0 if the step was stopped
+  std::uint32_t first_new = 0;            ///< the first slot after all used ones
+  std::uint32_t recycling = 0;            ///< free slots before this step's pairs took theirs
+  std::uint32_t levels = 1;               ///< grid levels with bodies, a bit each
   std::uint32_t changed_levels = 0;
   std::uint32_t search_groups = 0;
   std::uint32_t coarse_groups = 0;
@@ -200,14 +218,23 @@ struct Counters {
   std::uint32_t active = 0;  ///< awake bodies; counted only if bodies may sleep
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0;
 
-  FATHOM_HD std::uint32_t all_deferred() const { return deferred[boxes] + deferred[hulls] + deferred[others]; }
+  std::uint32_t lacking_manifolds = 0;  ///< of the deferred pairs with surfaces
+
+  FATHOM_HD std::uint32_t all_deferred() const {
+    return deferred[boxes] + deferred[hulls] + deferred[others] + deferred[surfaces];
+  }
+  /// Manifolds that the deferred contacts need.
+  FATHOM_HD std::uint32_t needed_manifolds() const {
+    return deferred[boxes] + deferred[hulls] + deferred[others] + lacking_manifolds;
+  }
 };
 
 /// The report of a step to the host, in pinned memory.
 struct Report {
   std::uint32_t step = 0;
   std::uint32_t stopped = 0;
-  std::uint32_t contacts = 0, free_contacts = 0, found = 0;
+  std::uint32_t contacts = 0, free_contacts = 0, found = 0;  ///< `found`: slots for the pairs found
+  std::uint32_t patches = 0;
   std::uint32_t manifolds = 0;  ///< in use; in a stopped step, those needed
   std::uint32_t constraints = 0, solved_joints = 0, colours = 0, overflow = 0;
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0, active = 0;
@@ -250,7 +277,8 @@ struct Contacts {
   FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? fast_capacity - 1 - k : k; }
   /// Index of the k-th contact of a list. Two lists share a range of `capacity` entries, from its two ends.
   FATHOM_HD std::uint32_t listed(ShapePair pairs, std::uint32_t k) const {
-    return pairs == boxes ? k : pairs == others ? capacity - 1 - k : capacity + k;
+    if (pairs == boxes || pairs == hulls) return pairs == boxes ? k : capacity + k;
+    return (pairs == others ? capacity : 2 * capacity) - 1 - k;
   }
 
   // `manifold_capacity` of each.
@@ -274,7 +302,7 @@ struct Contacts {
   FATHOM_HD void note_touch(Contact& c, bool touches, Counters& counters) const {
     c.bits ^= in_touch_bit;
     const std::uint32_t k = exec::atomic_add(touches ? counters.begun : counters.ended, 1u);
-    const PairRecord record{c.in_parts() ? c.a | part_tag : c.a, c.b};
+    const PairRecord record{c.in_parts() || c.is_patch() ? c.a | part_tag : c.a, c.b};
     (touches ? begun : ended)[event(counters.step + 1, k)] = record;
   }
 

@@ -9,7 +9,9 @@
 #include "device/grid.hpp"
 #include "device/joint_arrays.hpp"
 #include "device/mechanism_arrays.hpp"
+#include "device/tuning.hpp"
 #include "exec/buffer.hpp"
+#include "terrain/surface_collision.hpp"
 
 namespace fathom::device {
 
@@ -47,6 +49,7 @@ class BodyMemory {
   BodyArrays arrays();
 
   HullArrays hulls;
+  const SurfaceView* surfaces = nullptr;
 
   /// Calls act(buffer) for buffers that outlive a step.
   template <class Act>
@@ -104,6 +107,9 @@ class ContactMemory {
   void reserve_for_bullets();
   /// What only seams need.
   void reserve_for_seams();
+  /// What only surfaces need.
+  void reserve_for_surfaces() { patch_sets_.grow(surface_workers); }
+  PatchSet* patch_sets() { return patch_sets_.data(); }
   bool may_bounce() const { return may_bounce_; }
   bool any_extras() const { return any_extras_; }
   std::size_t capacity() const { return capacity_; }
@@ -123,6 +129,7 @@ class ContactMemory {
   exec::Buffer<FastPair> fast_;
   exec::Buffer<std::uint32_t> next_of_a_;
   exec::Buffer<FixedContact> fixed_contacts_;
+  exec::Buffer<PatchSet> patch_sets_;
   exec::Buffer<std::uint32_t> to_collide_, free_manifolds_, uncoloured_0_, uncoloured_1_;
   exec::Buffer<PairRecord> begun_, ended_;
   exec::Buffer<HitRecord> hits_;

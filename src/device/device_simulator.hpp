@@ -17,6 +17,7 @@
 #include "device/joint_mirror.hpp"
 #include "device/mirror_tree.hpp"
 #include "device/step.hpp"
+#include "device/surface_memory.hpp"
 #include "exec/device.hpp"
 #include "geometry/compound_query.hpp"
 #include "native/pieces.hpp"
@@ -199,7 +200,9 @@ class DeviceSimulator final : public Simulator {
   bool copies_results() const { return def.ahead > 0 && def.copy_results; }
 
   /// Whether bodies may touch in several parts, which are counted as events arrive.
+  bool has_parts() const { return has_compounds() || has_surfaces(); }
   bool has_compounds() const { return shapes_ & shape_bit(ShapeType::compound); }
+  bool has_surfaces() const { return shapes_ & (shape_bit(ShapeType::mesh) | shape_bit(ShapeType::height_field)); }
 
   /// If steps run ahead of reading, each one's events must be kept.
   std::size_t event_lists() const { return def.ahead > 0 ? max_pending_ : 1; }
@@ -236,6 +239,7 @@ class DeviceSimulator final : public Simulator {
   BodyData surface_data(const BodyInfo& info, const Geometry& shape, const Material& material,
                         const Filter& own_filter);
   std::uint32_t children_of(std::uint32_t slot) const;
+  std::uint32_t reserved_indices(std::uint32_t slot) const;
   template <class Act>
   void for_each_hull(std::uint32_t slot, const Act& act) const;
   void note_fixed(std::uint32_t slot);
@@ -318,6 +322,7 @@ class DeviceSimulator final : public Simulator {
   GridMemory grid_memory_;
   PublishedMemory<D> published_memory_;
   HullMemory hull_memory_;
+  SurfaceMemory surface_memory_;
   exec::Buffer<Counters> counters_;
   exec::PinnedBuffer<Report> reports_;
   std::vector<std::unique_ptr<StepBuffers>> step_buffers_;

@@ -24,6 +24,7 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       grid_memory_(device_),
       published_memory_(device_, max_pending_),
       hull_memory_(device_),
+      surface_memory_(device_),
       counters_(device_, 1),
       reports_(device_, max_pending_),
       gravity_change_{definition.gravity, true, false},
@@ -146,6 +147,7 @@ void DeviceSimulator<D>::make_room() {
     }
     if (shapes_ & moving_surfaces_bit) body_memory_.reserve_for_surfaces();
     if (has_compounds()) body_memory_.reserve_for_compounds();
+    if (has_surfaces()) contact_memory_.reserve_for_surfaces();
   }
   const std::size_t old_list = published_memory_.order.size();
   if (published_memory_.needs(published_settings(), published_room())) {
@@ -161,6 +163,14 @@ void DeviceSimulator<D>::make_room() {
     }
     hull_memory_.upload(device_);
     body_memory_.hulls = hull_memory_.arrays();
+  }
+  if (!surface_memory_.is_current()) {
+    if (surface_memory_.must_grow()) {
+      retire_all();
+      forget_graphs();
+    }
+    surface_memory_.upload(device_);
+    body_memory_.surfaces = surface_memory_.views();
   }
 }
 
@@ -247,7 +257,7 @@ void DeviceSimulator<D>::order_in_space() {
   const auto mark = [&](const ChildRange& range) { std::fill_n(is_child.begin() + range.first, range.count, true); };
   for (const ChildRange& range : ranges) mark(range);
   for (const BodyId id : bodies.living())
-    if (const std::uint32_t count = children_of(id.index)) mark({0, indices_.first_child(id.index), count});
+    if (const std::uint32_t count = reserved_indices(id.index)) mark({0, indices_.first_child(id.index), count});
 
   std::vector<Vec3> positions;
   std::vector<std::uint32_t> rank(indices_.size()), heads;  // those without children: by index, and all
@@ -267,7 +277,7 @@ void DeviceSimulator<D>::order_in_space() {
   for (const std::uint32_t k : morton_order(positions)) {
     const std::uint32_t index = heads[k], slot = indices_.slot(index);
     new_of[index] = next++;
-    if (const std::uint32_t count = slot != none ? children_of(slot) : 0)
+    if (const std::uint32_t count = slot != none ? reserved_indices(slot) : 0)
       living.push_back({0, indices_.first_child(slot), count});
   }
   ranges.insert(ranges.begin(), living.begin(), living.end());
@@ -288,7 +298,7 @@ void DeviceSimulator<D>::submit(PendingStep& pending, bool with_edits, Stop afte
   if (with_edits) stage_joint_edits(pending);
   if (with_edits) stage_mechanisms(pending);
   if (copies_results()) reserve_results(pending);
-  const bool brings_events = def.ahead > 0 || events_are_read_ || has_compounds();
+  const bool brings_events = def.ahead > 0 || events_are_read_ || has_parts();
   if (brings_events) reserve_events(buffers, first_events);
   pending.was_idle = pending.number > 1 && end_of(pending.number - 1).is_done();
   device_.mark(buffers.start);

@@ -231,9 +231,9 @@ struct ApplyEdits {
     const BodyConstants& c = bodies.constants[i];
     if (c.is_child()) return;
     // Its children are placed before the next search, and more room than they need does no harm.
-    if (c.shape() == ShapeType::compound) return note(i, changes | box_change);
+    if (c.is_compound()) return note(i, changes | box_change);
     const Velocity& v = bodies.velocities[i];
-    const Aabb box = motion_box(bodies.geometry(i), c.radius, bodies.poses[i], v, dt);
+    const Aabb box = motion_box(bodies.bounds(i, bodies.poses[i]), c.radius, v, dt);
     bodies.boxes[i] = box;
     const NotedBox old = bodies.fat[i];
     if (always || !contains(old.box(), box)) {

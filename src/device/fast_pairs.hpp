@@ -5,6 +5,7 @@
 #include "device/finish.hpp"
 #include "device/update_manifolds.hpp"
 #include "dynamics/free_end.hpp"
+#include "dynamics/triangle_ahead.hpp"
 #include "dynamics/way_over_seam.hpp"
 
 namespace fathom::device {
@@ -57,29 +58,11 @@ struct LookAheadPairs {
       return;
     }
     if (pressed && c.touching()) contacts.manifolds[c.manifold].forget_build();  // the next step must see it
-    if (found.is_watched && (c.fixed_a() || is_bullet(c.a) || is_bullet(c.b))) {
-      note_begin(c.a);
-      note_begin(c.b);
-      contacts.fast[pair].next = chained(pair, c.b);
-      if (!c.fixed_a()) contacts.next_of_a[pair] = chained(pair, c.a);
-    }
+    if (found.is_watched && (c.fixed_a() || is_bullet(c.a) || is_bullet(c.b))) changes.watch(pair, c);
   }
 
  private:
   FATHOM_HD bool is_bullet(std::uint32_t body) const { return changes.bodies.constants[body].is_bullet(); }
-
-  FATHOM_HD void note_begin(std::uint32_t body) const {
-    const Pose& pose = changes.bodies.poses[body];
-    changes.bodies.before[body] = {pose.position, 0, pose.rotation};
-  }
-
-  /// Puts the pair at the head of the body's chain and returns the former head. Results do not depend on the order.
-  FATHOM_HD std::uint32_t chained(std::uint32_t pair, std::uint32_t body) const {
-    const auto& bodies = changes.bodies;
-    const std::uint32_t next = exec::atomic_exchange(bodies.fast_pair[body], pair);
-    if (next == none) bodies.fast[exec::atomic_add(changes.counters->fast_bodies, 1u)] = body;
-    return next;
-  }
 };
 
 /// A body that ended inside or behind a non-dynamic body goes as far as its way was free, and continues in the next
@@ -187,7 +170,13 @@ struct HoldBackFast {
 
   FATHOM_HD void forget_build(std::uint32_t contact) const {
     const Contact& c = contacts.contacts[contact];
-    if (leads() && c.touching()) contacts.manifolds[c.manifold].forget_build();
+    if (!leads()) return;
+    if (c.touching()) contacts.manifolds[c.manifold].forget_build();
+    if (!c.is_with_surface()) return;
+    for (std::uint32_t k = c.manifold; k != none; k = contacts.contacts[k].next_patch()) {
+      const Contact& patch = contacts.contacts[k];
+      if (patch.touching()) contacts.manifolds[patch.manifold].forget_build();
+    }
   }
 
   /// The pose where the body began, outside of all obstacles, carried along by `carrier` if there is one.
@@ -256,7 +245,7 @@ struct HoldBackFast {
     const auto& bodies = move.bodies;
     Obstacle next;
     const BodyConstants& c = bodies.constants[i];
-    const bool is_compound = c.shape() == ShapeType::compound;
+    const bool is_compound = c.is_compound();
     const auto ask = [&](std::uint32_t other) {
       const MotionType motion = bodies.constants[other].motion();
       if (motion == MotionType::dynamic || (only_fixed && motion != MotionType::fixed)) return;
@@ -314,6 +303,8 @@ struct HoldBackFast {
     const Pose end_of_b = bodies.poses[i];
     const Pose end_a = pose_of(a, o.is_free ? bodies.ends[body_a] : bodies.poses[body_a]), end_b = pose_of(b, end_of_b);
     const Pose pose_a = pose_of(a, begin_of_a), pose_b = pose_of(b, begin_of_b);
+    if (bodies.constants[a].is_surface())
+      return is_held_by_surface({a, pose_a, end_a}, {b, pose_b, end_b}, i, end, then);
     const Mover was_a = mover<with_hulls>(bodies, a, pose_a, velocity_between(pose_a, end_a, dt));
     const Mover was_b = mover<with_hulls>(bodies, b, pose_b, velocity_between(pose_b, end_b, dt));
     // Another item may be writing the velocity of a dynamic body.
@@ -353,14 +344,42 @@ struct HoldBackFast {
     return true;
   }
 
+  /// A piece as the step begins and ends.
+  struct Moved {
+    std::uint32_t piece;
+    Pose begin, end;
+  };
+  /// Never lets the centre of a body's piece get behind a triangle, which would push it out on the other side. From
+  /// half the piece's thickness in front, or from its initial distance, the centre slides along the triangle and loses
+  /// its approach velocity.
+  FATHOM_HD bool is_held_by_surface(const Moved& a, const Moved& b, std::uint32_t i, Pose& end, Velocity& then) const {
+    const auto& bodies = move.bodies;
+    const float half = half_thickness(bodies.constants[b.piece]);
+    const Vec3 moved = inverse_transform(a.end, b.end.position) - inverse_transform(a.begin, b.begin.position);
+    if (length_squared(moved) <= surface_creep * surface_creep * half * half) return false;
+    const SurfaceView& surface = bodies.surfaces[bodies.constants[a.piece].hull];
+    const auto for_each_in = [&](const Aabb& box, const auto& act) {
+      surface.for_each_in(box, [&](std::uint32_t number) { act(surface.triangle(number)); });
+    };
+    const CentreWay way = centre_way(for_each_in, a.begin, a.end, b.begin.position, b.end.position, half);
+    if (way.stops == 0) return false;
+    const Vec3 back = way.end - b.end.position;
+    if (length_squared(back) <= already_there * already_there * half * half) return false;
+    end = bodies.poses[i];
+    end.position += back;
+    then = bodies.velocities[i];
+    then.linear = slowed_by_triangles(way, end.position, bodies.velocities[a.piece], a.end.position, then);
+    return true;
+  }
+
   /// Updates the body's boxes to its new pose.
   FATHOM_HD void put_box(std::uint32_t i) const {
     const auto& bodies = move.bodies;
-    if (bodies.constants[i].shape() == ShapeType::compound) return;  // its children are placed before the next search
+    if (bodies.constants[i].is_compound()) return;  // its children are placed before the next search
     const Pose& pose = bodies.poses[i];
     const Velocity& v = bodies.velocities[i];
     const float radius = bodies.constants[i].radius;
-    const Aabb box = motion_box(bodies.geometry(i), radius, pose, v, move.p.dt);
+    const Aabb box = motion_box(bodies.bounds(i, pose), radius, v, move.p.dt);
     bodies.boxes[i] = box;
     if (!contains(bodies.fat[i].box(), box)) move.put_fat_box(i, fat_box(radius, box, v.linear, move.p.dt), box_change);
   }

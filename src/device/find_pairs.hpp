@@ -29,7 +29,7 @@ struct BeginStep {
     c.search_groups = (c.grid_bodies + search_group_bodies - 1) / search_group_bodies;
     c.grid_cells = fills ? grid_entries / 4 : 0;
     // The host still has to learn what room the stopped step needs.
-    if (run) c.found = 0;
+    if (run) c.found = c.found_with_surfaces = 0;
     c.added = c.coarse_groups = 0;
     // Obstacles of strays are searched in the grid of the last search (`HoldBackFast`).
     if (fills) {
@@ -86,6 +86,16 @@ struct FillGrid {
     }
   }
 };
+
+/// Notes a pair of pieces that needs a contact.
+template <class AnyBodies, class AnyContacts>
+FATHOM_HD void note_found(const AnyBodies& bodies, const AnyContacts& contacts, Counters& counters, std::uint32_t i,
+                          std::uint32_t j) {
+  const std::uint32_t index = exec::atomic_add(counters.found, 1u);
+  if (index < contacts.capacity) contacts.found[index] = {i, j};
+  if (bodies.constants[i].is_surface() || bodies.constants[j].is_surface())
+    exec::atomic_add(counters.found_with_surfaces, 1u);
+}
 
 /// Bodies with new boxes search their own and all coarser levels. With `coarse`, bodies without new boxes search for
 /// coarser bodies with new boxes, because those do not search finer levels.
@@ -172,9 +182,7 @@ struct SearchGrid {
       if (other.changes && other.level == fat.level && j < i) return;  // j finds it
     }
     if (overlaps(bodies.known[i].box(), bodies.known[j].box())) return;  // they already have a contact
-    if (!may_touch(bodies, i, j)) return;
-    const std::uint32_t index = exec::atomic_add(counters->found, 1u);
-    if (index < contacts.capacity) contacts.found[index] = {i, j};
+    if (may_touch(bodies, i, j)) note_found(bodies, contacts, *counters, i, j);
   }
 };
 
@@ -193,15 +201,18 @@ struct AllotPairs {
     Counters& c = *counters;
     c.recycling = c.free_contacts;
     c.first_new = c.contacts;
-    const std::uint32_t reused = c.found < c.free_contacts ? c.found : c.free_contacts;
-    if (c.stopped || c.found - reused > capacity - c.contacts) {
+    const std::uint32_t patches = patches_per_pair * c.found_with_surfaces, slots = c.found + patches;
+    const std::uint32_t reused = slots < c.free_contacts ? slots : c.free_contacts;
+    if (c.stopped || slots - reused > capacity - c.contacts) {
       if (!c.stopped) c.stopped = no_room_for_pairs;
       c.live_bodies = c.live_contacts = c.contact_groups = c.added = c.recolouring = 0;
       return;
     }
     c.added = c.found;
+    c.patches += patches;
+    c.patch_slots_taken = 0;
     c.free_contacts -= reused;
-    c.contacts += c.found - reused;
+    c.contacts += slots - reused;
     c.live_contacts = c.contacts;
     c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
     c.changed = c.wake_asked = 0;
@@ -213,12 +224,10 @@ struct AllotPairs {
 struct AddContacts {
   Bodies<> bodies;
   Contacts<contact_list> contacts;
-  const Counters* counters;
+  Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t recycling = counters->recycling;
-    const std::uint32_t index =
-        k < recycling ? contacts.free[recycling - 1 - k] : counters->first_new + (k - recycling);
+    const std::uint32_t index = slot(k);
     const PairRecord pair = contacts.found[k];
     std::uint32_t piece_a = pair.a, piece_b = pair.b;
     const std::uint32_t body_a = body_of(bodies, piece_a), body_b = body_of(bodies, piece_b);
@@ -239,7 +248,29 @@ struct AddContacts {
     }
     c.bits |= touch_halvings(min(bodies.constants[c.a].radius, bodies.constants[c.b].radius)) << touch_halvings_shift;
     c.recycle_distance = recycle_distance(first.shape(), first.radius, second.shape(), second.radius);
+    if (first.is_surface()) add_patches(c);
     contacts.contacts[index] = c;
+  }
+
+ private:
+  /// The k-th slot of those that this step's pairs take.
+  FATHOM_HD std::uint32_t slot(std::uint32_t k) const {
+    const std::uint32_t recycling = counters->recycling;
+    return k < recycling ? contacts.free[recycling - 1 - k] : counters->first_new + (k - recycling);
+  }
+  /// A pair with a surface keeps a contact for each patch in which it may touch, linked from it.
+  FATHOM_HD void add_patches(Contact& pair) const {
+    constexpr std::uint32_t count = patches_per_pair;
+    const std::uint32_t first = counters->found + exec::atomic_add(counters->patch_slots_taken, count);
+    pair.bits |= with_surface_bit;
+    Contact patch = pair;
+    patch.bits = (pair.bits & ~(with_surface_bit | fresh_bit)) | patch_bit;
+    for (std::uint32_t p = 0; p < count; ++p) {
+      patch.children = p << 16 | pair.child_b();
+      patch.set_next_patch(p + 1 < count ? slot(first + p + 1) : none);
+      contacts.contacts[slot(first + p)] = patch;
+    }
+    pair.manifold = slot(first);
   }
 };
 

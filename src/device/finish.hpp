@@ -90,11 +90,11 @@ struct MoveBodies {
     if (c.is_dynamic() && (forced || bodies.touching[i] > 0)) note_stray(i, c, before, pose);
     bodies.poses[i] = pose;
     bodies.velocities[i] = v;
-    if (c.shape() != ShapeType::compound) {
-      const Aabb box = motion_box(bodies.geometry(i), c.radius, pose, v, p.dt);
-      FATHOM_VALIDATE(contains(grown(box, 1e-4f * c.radius + 1e-6f * max_component(abs(pose.position))),
-                               bounds(bodies.geometry(i), pose)),
-                      i);
+    if (!c.is_compound()) {
+      const Aabb box = motion_box(bodies.bounds(i, pose), c.radius, v, p.dt);
+      FATHOM_VALIDATE(
+          contains(grown(box, 1e-4f * c.radius + 1e-6f * max_component(abs(pose.position))), bodies.bounds(i, pose)),
+          i);
       bodies.boxes[i] = box;
       if (!contains(fat.box(), box)) put_fat_box(i, fat_box(c.radius, box, v.linear, p.dt), box_change);
     }
@@ -244,8 +244,9 @@ struct EndStep {
     r.stopped = c.stopped;
     r.contacts = c.contacts;
     r.free_contacts = c.free_contacts;
-    r.found = c.found;
-    r.manifolds = c.manifolds + c.taken_manifolds + c.all_deferred() - c.free_manifolds;
+    r.found = c.found + patches_per_pair * c.found_with_surfaces;
+    r.patches = c.patches;
+    r.manifolds = c.manifolds + c.taken_manifolds + c.needed_manifolds() - c.free_manifolds;
     r.constraints = c.constraints;
     r.solved_joints = c.solved_joints;
     r.overflow = c.overflow;

@@ -28,7 +28,7 @@ FATHOM_HD std::uint32_t child_of(const Bodies<written...>& bodies, std::uint32_t
 /// A body's piece with the number `child`.
 template <BodyPart... written>
 FATHOM_HD std::uint32_t piece_of(const Bodies<written...>& bodies, std::uint32_t body, std::uint32_t child) {
-  return bodies.constants[body].shape() == ShapeType::compound ? bodies.constants[body].link + child : body;
+  return bodies.constants[body].is_compound() ? bodies.constants[body].link + child : body;
 }
 /// Pose of a piece in its body.
 template <BodyPart... written>
@@ -44,6 +44,14 @@ template <BodyPart... written>
 FATHOM_HD TouchingPieces pieces_of(const Bodies<written...>& bodies, const Contact& c) {
   if (!c.in_parts()) return {c.a, c.b};
   return {piece_of(bodies, c.a, c.child_a()), piece_of(bodies, c.b, c.child_b())};
+}
+
+/// A pair of indices that no other contact has, to rank contacts by: a surface lends one of its own to every patch.
+template <BodyPart... written>
+FATHOM_HD TouchingPieces ranked_pieces(const Bodies<written...>& bodies, const Contact& c) {
+  TouchingPieces pieces = pieces_of(bodies, c);
+  if (c.is_patch()) pieces.a = bodies.constants[c.a].link + c.child_a();
+  return pieces;
 }
 
 /// Whether two pieces may collide: the filters of the children and those of their bodies must allow it.

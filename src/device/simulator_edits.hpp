@@ -63,6 +63,10 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   shapes_ |= info.is_bullet ? bullets_bit : 0u;
   note_fixed(slot);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
+  if (info.geometry.is_surface()) {
+    c.hull = surface_memory_.index_of(&info.geometry.surface());
+    c.link = indices_.first_child(slot);
+  }
   if (info.geometry.is_compound()) {
     c.hull = children_of(slot);
     c.link = indices_.first_child(slot);
@@ -126,6 +130,12 @@ std::uint32_t DeviceSimulator<D>::children_of(std::uint32_t slot) const {
   return shape.is_compound() ? static_cast<std::uint32_t>(shape.compound().children().size()) : 0;
 }
 
+/// Number of indices beside its own that a body takes: those of its children, or of a surface's patches.
+template <exec::Device D>
+std::uint32_t DeviceSimulator<D>::reserved_indices(std::uint32_t slot) const {
+  return bodies[slot].geometry.is_surface() ? patches_per_pair : children_of(slot);
+}
+
 /// Calls act(hull) for the hulls of the body's shape and of its children.
 template <exec::Device D>
 template <class Act>
@@ -158,8 +168,9 @@ void DeviceSimulator<D>::add_data_edit(EditKind kind, std::uint32_t index, const
 template <exec::Device D>
 void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
   for_each_hull(slot, [&](const auto& hull) { hull_memory_.begin_use(hull); });
-  const std::uint32_t index = indices_.add(slot, submitted_ + 1), children = children_of(slot);
-  if (children > 0) indices_.add_children(slot, children, submitted_ + 1);
+  if (const auto surface = bodies[slot].shape().surface) surface_memory_.begin_use(surface);
+  const std::uint32_t index = indices_.add(slot, submitted_ + 1), reserved = reserved_indices(slot);
+  if (reserved > 0) indices_.add_children(slot, reserved, submitted_ + 1);
   set_changed_ = true;
   tree_.note_set(slot);
   movable_ += bodies[slot].motion != MotionType::fixed;
@@ -168,8 +179,13 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
   data.pose = pose;
   data.velocity = velocity;
   add_data_edit(EditKind::add, index, data);
-  for (std::uint32_t k = 0; k < children; ++k)
-    add_data_edit(EditKind::add, indices_.first_child(slot) + k, child_data(slot, k));
+  for (std::uint32_t k = 0; k < reserved; ++k) {
+    const std::uint32_t piece = indices_.first_child(slot) + k;
+    if (bodies[slot].geometry.is_compound())
+      add_data_edit(EditKind::add, piece, child_data(slot, k));
+    else
+      add_edit(edit_of(EditKind::remove, piece, Velocity{}));  // nothing is there
+  }
 }
 
 template <exec::Device D>
@@ -178,12 +194,12 @@ void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   tree_.note_set(slot);
   movable_ -= bodies[slot].motion != MotionType::fixed;
   add_edit(edit_of(EditKind::remove, indices_.of(slot), Velocity{}));
-  const std::uint32_t children = children_of(slot);
-  for (std::uint32_t k = 0; k < children; ++k)
+  for (std::uint32_t k = 0; k < children_of(slot); ++k)
     add_edit(edit_of(EditKind::remove, indices_.first_child(slot) + k, Velocity{}));
-  if (children > 0) indices_.remove_children(slot, children, submitted_ + 1);
+  if (const std::uint32_t reserved = reserved_indices(slot)) indices_.remove_children(slot, reserved, submitted_ + 1);
   indices_.remove(bodies.id(slot), submitted_ + 1);
   for_each_hull(slot, [&](const auto& hull) { hull_memory_.end_use(hull.get(), submitted_ + 1); });
+  if (const auto surface = bodies[slot].shape().surface) surface_memory_.end_use(surface.get(), submitted_ + 1);
 }
 
 template <exec::Device D>

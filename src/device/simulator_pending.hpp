@@ -26,10 +26,11 @@ void DeviceSimulator<D>::retire_oldest() {
   else
     clear_events();
   // The number of touching parts has to follow even if nobody reads events.
-  const bool counts_parts = def.ahead == 0 && has_compounds();
+  const bool counts_parts = def.ahead == 0 && has_parts();
   if (counts_parts) collect_events(pending_steps_.front().number, report);
   indices_.forget_before(pending_steps_.front().number + (def.ahead > 0));
   hull_memory_.step_finished(pending_steps_.front().number);
+  surface_memory_.step_finished(pending_steps_.front().number);
   newest_ = report;
   newest_published_ = published_memory_.reports[pending_steps_.front().number % max_pending_];
   const PendingStep& pending = pending_steps_.front();
@@ -131,7 +132,7 @@ void DeviceSimulator<D>::make_profile() {
   StepCounts& c = profile.counts;
   c.bodies = bodies.count();
   c.active = def.sleep.enabled ? newest_.active : movable_;
-  c.pairs = newest_.contacts - newest_.free_contacts;
+  c.pairs = newest_.contacts - newest_.free_contacts - newest_.patches;
   c.manifolds = newest_.constraints - newest_.solved_joints;
   c.points = newest_.points;
   c.colours = newest_.colours;

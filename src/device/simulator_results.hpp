@@ -98,7 +98,7 @@ void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& repo
   std::vector<Quarantine> quarantined;
   std::vector<PairRecord> pairs_begun(buffers.begun.begin(), buffers.begun.begin() + report.begun);
   std::vector<PairRecord> pairs_ended(buffers.ended.begin(), buffers.ended.begin() + report.ended);
-  if (has_compounds()) merge_parts(pairs_begun, pairs_ended);
+  if (has_parts()) merge_parts(pairs_begun, pairs_ended);
   begun.reserve(pairs_begun.size()), ended.reserve(pairs_ended.size()), hits.reserve(report.hits);
   for (const PairRecord pair : pairs_begun) begun.push_back(named(pair.a, pair.b));
   for (const PairRecord pair : pairs_ended) ended.push_back(named(pair.a, pair.b));
@@ -214,7 +214,10 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     const bool swapped = slot_b < slot_a;
     if (swapped) std::swap(a, b);
     ContactInfo info{a, b, swapped ? -normal : normal, m.point_count(), {}};
-    info.child_a = entry.children >> 16, info.child_b = entry.children & 0xffffu;
+    // A surface has no children, but its patches have numbers.
+    const std::uint32_t children = c.is_patch() ? c.child_b() : c.children;
+    info.child_a = children >> 16, info.child_b = children & 0xffffu;
+    if (swapped) std::swap(info.child_a, info.child_b);
     if ((c.bits & colour_bits) < overflow_colour) info.colour = static_cast<int>(c.bits & colour_bits);
     for (int p = 0; p < info.point_count; ++p) {
       const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);

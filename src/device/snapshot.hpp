@@ -95,6 +95,8 @@ template <exec::Device D>
 void DeviceSimulator<D>::restore_hulls() {
   for (const BodyId id : bodies.living())
     for_each_hull(id.index, [&](const auto& hull) { hull_memory_.begin_use(hull); });
+  for (const BodyId id : bodies.living())
+    if (const auto surface = bodies[id.index].shape().surface) surface_memory_.begin_use(surface);
   const std::vector<PieceName> names = name_pieces();
   for (const Edit& e : edits_)
     if (e.kind == EditKind::add || e.kind == EditKind::constants) {
@@ -175,6 +177,27 @@ inline auto are_below(ByteReader& in, std::uint32_t limit) {
   };
 }
 
+/// Requires that every pair with a surface has all its patches to itself.
+inline void check_patches(ByteReader& in, const std::vector<Contact>& contacts) {
+  std::vector<bool> is_linked(contacts.size());
+  for (const Contact& pair : contacts) {
+    if (!pair.in_use() || !pair.is_with_surface()) continue;
+    in.require(!pair.is_patch() && !pair.touching());
+    std::uint32_t next = pair.manifold;
+    for (std::uint32_t p = 0; p < patches_per_pair; ++p) {
+      in.require(next < contacts.size() && !is_linked[next]);
+      const Contact& patch = contacts[next];
+      in.require(patch.in_use() && patch.is_patch() && !patch.is_with_surface() && patch.a == pair.a &&
+                 patch.b == pair.b && patch.child_a() < patches_per_pair);
+      is_linked[next] = true;
+      next = patch.next_patch();
+    }
+    in.require(next == none);
+  }
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    in.require(!contacts[i].in_use() || !contacts[i].is_patch() || is_linked[i]);
+}
+
 template <exec::Device D>
 void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counters,
                                           const std::vector<BodyConstants>& constants) {
@@ -184,12 +207,16 @@ void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counte
     for (const Contact& c : contacts) {
       in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
       const auto has_child = [&](std::uint32_t body, std::uint32_t child) {
-        return constants[body].shape() != ShapeType::compound || child < constants[body].hull;
+        return !constants[body].is_compound() || child < constants[body].hull;
       };
       in.require(!c.in_use() || !c.in_parts() || (has_child(c.a, c.child_a()) && has_child(c.b, c.child_b())));
-      if (c.in_use() && c.in_parts() && c.in_touch()) ++touching_parts_[std::uint64_t{c.a} << 32 | c.b];
+      in.require(!c.in_use() || !c.is_with_surface() || constants[c.a].is_surface());
+      if (c.in_use() && (c.in_parts() || c.is_patch()) && c.in_touch())
+        ++touching_parts_[std::uint64_t{c.a} << 32 | c.b];
+      if (!c.in_use() || c.is_with_surface()) continue;
       in.require(c.touching() ? c.manifold < counters.manifolds : c.manifold == none);
     }
+    check_patches(in, contacts);
   });
   read_into(in, arrays.free, room, counters.free_contacts, are_below(in, counters.contacts));
   read_into(in, arrays.manifolds, manifold_room, counters.manifolds, [](const auto&) {});
@@ -275,7 +302,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::give_links(BodyConstants& constants, const PieceName& name) {
   if (name.slot == none) {
     // Its body was removed: an edit that waits will forget it.
-    if (constants.is_child() || constants.shape() == ShapeType::compound) constants = {};
+    if (constants.is_child() || constants.is_compound() || constants.is_surface()) constants = {};
     constants.hull = 0, constants.link = none;
     return;
   }
@@ -292,7 +319,7 @@ void DeviceSimulator<D>::check_indices(const ByteReader& in, const Counters& cou
   in.require(joint_mirror_.is_sound(joints, indices_.size()));
   in.require(indices_.is_sound(
       bodies.slot_count(), [&](std::uint32_t slot) { return bodies.alive(slot); },
-      [&](std::uint32_t slot) { return children_of(slot); }));
+      [&](std::uint32_t slot) { return reserved_indices(slot); }));
   in.require(counters.free_contacts <= counters.contacts && counters.free_manifolds <= counters.manifolds &&
              newest_.step == submitted_ && steps == submitted_);
   for (const Edit& e : edits_) {

@@ -18,6 +18,7 @@
 #include "device/sleep.hpp"
 #include "device/solve_directly.hpp"
 #include "device/store_impulses.hpp"
+#include "device/surfaces.hpp"
 #include "device/update_manifolds.hpp"
 #include "exec/device.hpp"
 
@@ -55,6 +56,7 @@ class Step {
       : device_(device),
         bodies_(bodies.arrays()),
         contacts_(contacts.contacts()),
+        patch_sets_(contacts.patch_sets()),
         constraints_(contacts.constraints()),
         joints_(joints.arrays()),
         mechanisms_(mechanisms.arrays()),
@@ -80,7 +82,7 @@ class Step {
   /// What remains of a step that stopped for lack of room for manifolds.
   void submit_rest() {
     device_.parallel_for(1, ResumeStep{counters_, SortOutContacts::group_size});
-    for (const ShapePair pairs : {boxes, hulls, others})
+    for (const ShapePair pairs : {boxes, hulls, others, surfaces})
       device_.parallel_for(to_collide(pairs), ListDeferred{contacts_, pairs});
     collide();
     update_bodies();
@@ -149,6 +151,7 @@ class Step {
     if (has_hulls()) device_.parallel_for(to_collide(hulls), CollideShapes<hulls>{changes, settings_.dt});
     device_.parallel_for(fast(false), LookAheadPairs<false>{changes, settings_.dt});
     if (has_hulls()) device_.parallel_for(fast(true), LookAheadPairs<true>{changes, settings_.dt});
+    if (patch_sets_) device_.parallel_for(surface_workers, CollideSurfaces{changes, patch_sets_, settings_.dt});
   }
 
   void build_constraints() {
@@ -289,6 +292,7 @@ class Step {
   D& device_;
   BodyArrays bodies_;
   ContactArrays contacts_;
+  PatchSet* patch_sets_;  ///< null: there are no surfaces
   ConstraintArrays constraints_;
   JointArrays joints_;
   MechanismArrays mechanisms_;

@@ -39,4 +39,7 @@ inline constexpr std::uint32_t prefetched_pairs = 1024;
 inline constexpr std::size_t first_bodies = 256;
 inline constexpr std::size_t first_contacts = 1024;
 
+/// Work-items that collide pairs with surfaces, each with memory for the patches of one pair at a time.
+inline constexpr std::uint32_t surface_workers = 4096;
+
 }  // namespace fathom::device

@@ -6,6 +6,7 @@
 
 #include "collision/collide.hpp"
 #include "device/contact_arrays.hpp"
+#include "device/find_pairs.hpp"
 #include "device/joint_arrays.hpp"
 #include "device/pieces.hpp"
 #include "device/seams.hpp"
@@ -84,7 +85,11 @@ struct ContactChanges {
 
   /// A slot for the manifold of a contact that begins, or `none` if there is no room.
   FATHOM_HD std::uint32_t take_manifold() const {
-    const std::uint32_t k = exec::atomic_add(counters->taken_manifolds, 1u), free = counters->free_manifolds;
+    return manifold_slot(exec::atomic_add(counters->taken_manifolds, 1u));
+  }
+  /// The k-th slot of those that this step's beginning contacts take, or `none` if there is no room.
+  FATHOM_HD std::uint32_t manifold_slot(std::uint32_t k) const {
+    const std::uint32_t free = counters->free_manifolds;
     if (k < free) return contacts.free_manifolds[free - 1 - k];
     const std::uint32_t slot = counters->manifolds + (k - free);
     return slot < contacts.manifold_capacity ? slot : none;
@@ -129,6 +134,25 @@ struct ContactChanges {
     return take_of_bodies(index, c, in_frame(a, fresh), a * b_in_a * relative(b, {}), time);
   }
 
+  /// Calls act(index, contact) for the patches of a pair with a surface.
+  template <class Act>
+  FATHOM_HD void for_each_patch(const Contact& pair, const Act& act) const {
+    for (std::uint32_t index = pair.manifold; index != none;) {
+      Contact& patch = contacts.contacts[index];
+      const std::uint32_t next = patch.next_patch();
+      act(index, patch);
+      index = next;
+    }
+  }
+
+  /// The end poses of the pair's bodies will be looked at after the step; entry `pair` of `fast` is theirs.
+  FATHOM_HD void watch(std::uint32_t pair, const Contact& c) const {
+    note_begin(c.a);
+    note_begin(c.b);
+    contacts.fast[pair].next = chained(pair, c.b);
+    if (!c.fixed_a()) contacts.next_of_a[pair] = chained(pair, c.a);
+  }
+
   /// The pair is fast, or may touch at a seam.
   FATHOM_HD void look_ahead(std::uint32_t index, bool has_hull) const {
     contacts.fast[contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u))] = {index, none};
@@ -143,18 +167,11 @@ struct ContactChanges {
     return min(half_thickness(bodies.constants[pieces.a]), half_thickness(bodies.constants[pieces.b]));
   }
 
- private:
-  /// `take`, in the frames of the bodies.
-  FATHOM_HD bool take_of_bodies(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a,
-                                float time) const {
-    if (fresh.count == 0) {
-      if (c.touching()) end(c);
-      contacts.contacts[index] = c;
-      return true;
-    }
-    const bool begins = !c.touching(), is_ahead = time >= 0;
-    if (begins) c.manifold = take_manifold();
-    if (c.manifold == none) return false;
+  /// Updates the contact `c`, a copy, which has room for its manifold, to the result `fresh`, with points and in the
+  /// frames of its bodies. `begins`: it did not touch before.
+  FATHOM_HD void put(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a, float time,
+                     bool begins) const {
+    const bool is_ahead = time >= 0;
     ContactManifold& m = contacts.manifolds[c.manifold];
     if (begins) {
       m = ContactManifold{};
@@ -172,7 +189,33 @@ struct ContactChanges {
     if (is_ahead) m.step_impulse = time;
     if (begins) begin(index, c, m);
     contacts.contacts[index] = c;
+  }
+
+ private:
+  /// `take`, in the frames of the bodies.
+  FATHOM_HD bool take_of_bodies(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a,
+                                float time) const {
+    if (fresh.count == 0) {
+      if (c.touching()) end(c);
+      contacts.contacts[index] = c;
+      return true;
+    }
+    const bool begins = !c.touching();
+    if (begins) c.manifold = take_manifold();
+    if (c.manifold == none) return false;
+    put(index, c, fresh, b_in_a, time, begins);
     return true;
+  }
+
+  FATHOM_HD void note_begin(std::uint32_t body) const {
+    const Pose& pose = bodies.poses[body];
+    bodies.before[body] = {pose.position, 0, pose.rotation};
+  }
+  /// Puts the pair at the head of the body's chain and returns the former head. Results do not depend on the order.
+  FATHOM_HD std::uint32_t chained(std::uint32_t pair, std::uint32_t body) const {
+    const std::uint32_t next = exec::atomic_exchange(bodies.fast_pair[body], pair);
+    if (next == none) bodies.fast[exec::atomic_add(counters->fast_bodies, 1u)] = body;
+    return next;
   }
 
   /// Whether a contact touches as soon as it begins, because a body was placed there: contacts of approaching bodies
@@ -242,7 +285,8 @@ struct SortOutContacts {
   FATHOM_HD std::uint32_t look_at(std::uint32_t index) const {
     const auto& bodies = changes.bodies;
     Contact& c = changes.contacts.contacts[index];
-    if (!c.in_use()) return nothing;
+    if (!c.in_use() || c.is_patch()) return nothing;
+    if (c.is_with_surface()) return look_at_surface(index, c);
     const TouchingPieces pieces = pieces_of(bodies, c);
     const NotedBox fat_a = bodies.fat[pieces.a], fat_b = bodies.fat[pieces.b];
     const std::uint32_t noted = fat_a.changes | fat_b.changes;
@@ -252,9 +296,7 @@ struct SortOutContacts {
       const bool fresh = c.bits & fresh_bit;
       c.bits &= ~fresh_bit;
       if ((noted & drop_contacts && !fresh) || !overlaps(fat_a.box(), fat_b.box())) {
-        if (c.touching()) changes.end(c);
-        c.a = none;
-        changes.contacts.free[exec::atomic_add(changes.counters->free_contacts, 1u)] = index;
+        drop(index, c);
         return nothing;
       }
       if (changes.apart.is_on && (fresh || noted & joint_change)) changes.meet_joints(c);
@@ -274,6 +316,47 @@ struct SortOutContacts {
       if (!c.ahead() && moved_little(m, b_in_a, c.recycle_distance) && !is_to_reduce_anew(c.axis, m)) return recycled;
     }
     return shape_pair(bodies.constants[pieces.a].shape(), bodies.constants[pieces.b].shape());
+  }
+
+  /// The same for a pair with a surface and all its patches.
+  FATHOM_HD std::uint32_t look_at_surface(std::uint32_t index, Contact& c) const {
+    const auto& bodies = changes.bodies;
+    const TouchingPieces pieces = pieces_of(bodies, c);
+    const NotedBox fat_a = bodies.fat[pieces.a], fat_b = bodies.fat[pieces.b];
+    const std::uint32_t noted = fat_a.changes | fat_b.changes;
+    if (!noted && !((bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag)) return nothing;
+    if (noted) {
+      const bool fresh = c.bits & fresh_bit;
+      c.bits &= ~fresh_bit;
+      const bool is_gone = (noted & drop_contacts && !fresh) || !overlaps(fat_a.box(), fat_b.box());
+      changes.for_each_patch(c, [&](std::uint32_t k, Contact& patch) {
+        if (patch.touching() && noted & wake_partners) changes.wake(c.b);
+        if (patch.touching() && !is_gone && noted & mix_materials)
+          changes.mix(patch, changes.contacts.manifolds[patch.manifold]);
+        if (is_gone) drop(k, patch);
+      });
+      if (is_gone) {
+        exec::atomic_add(changes.counters->patches, ~0u * patches_per_pair);
+        drop(index, c);
+        return nothing;
+      }
+      if (changes.apart.is_on && (fresh || noted & joint_change))
+        c.bits = changes.apart.has(c.a, c.b) ? c.bits | apart_bit : c.bits & ~apart_bit;
+    }
+    const bool is_near = !c.apart() && overlaps(bodies.boxes[pieces.a], bodies.boxes[pieces.b]);
+    changes.for_each_patch(c, [&](std::uint32_t k, Contact& patch) {
+      if (!patch.touching()) return;
+      if (!is_near)
+        changes.end(patch);
+      else if (patch.colour() == overflow_colour)
+        changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = k;
+    });
+    return is_near ? std::uint32_t{surfaces} : std::uint32_t{nothing};
+  }
+  FATHOM_HD void drop(std::uint32_t index, Contact& c) const {
+    if (c.touching()) changes.end(c);
+    c.a = none;
+    changes.contacts.free[exec::atomic_add(changes.counters->free_contacts, 1u)] = index;
   }
 };
 
@@ -348,6 +431,7 @@ struct ResumeStep {
       c.to_collide[k] = c.deferred[k];
       c.deferred[k] = 0;
     }
+    c.lacking_manifolds = 0;
     c.live_bodies = c.waking = c.bodies;
     for (std::uint32_t k = 0; k < 2; ++k) c.looked_ahead[k] = c.fast[k];
     c.live_contacts = c.contacts;

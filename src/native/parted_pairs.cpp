@@ -398,23 +398,17 @@ bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   const Pose begin_of_piece = pair.pose_b * b.pose, end_of_piece = end * b.pose;
   const Vec3 moved = inverse_transform(state_.poses[pair.a], end_of_piece.position) -
                      inverse_transform(pair.pose_a, begin_of_piece.position);
-  // A piece this slow is pushed out long before many such steps could take it through.
-  constexpr float creep = 1.0f / 32;
-  if (length_squared(moved) <= creep * creep * b.half * b.half) return false;
+  if (length_squared(moved) <= surface_creep * surface_creep * b.half * b.half) return false;
   Velocity v = state_.velocities[pair.b];
   const CentreWay way =
       centre_way({a.geometry, a.radius, pair.pose_a, of_surface}, {b.geometry, b.radius, begin_of_piece, v},
                  state_.poses[pair.a], end_of_piece, b.half, scratch);
-  // A piece already held back stops at the same position again.
-  constexpr float there = 1e-3f;
-  if (way.stops == 0 || length_squared(way.end - end_of_piece.position) <= there * there * b.half * b.half)
+  if (way.stops == 0 ||
+      length_squared(way.end - end_of_piece.position) <= already_there * already_there * b.half * b.half)
     return false;
   if (!pre_solve_.may_stop(pair, way.normals[0])) return false;
   end.position = b.is_child ? end.position + (way.end - end_of_piece.position) : way.end;
-  const Vec3 of_point = of_surface.linear + cross(of_surface.angular, way.end - state_.poses[pair.a].position);
-  const Vec3 of_piece = cross(v.angular, way.end - end.position);
-  for (int i = 0; i < way.stops; ++i)
-    v.linear = mul_add(v.linear, max(dot(way.normals[i], of_point - of_piece - v.linear), 0.0f), way.normals[i]);
+  v.linear = slowed_by_triangles(way, end.position, of_surface, state_.poses[pair.a].position, v);
   set_state(pair.b, end, v);
   if (pair.contact != none) forget_build(pair.contact);
   return true;

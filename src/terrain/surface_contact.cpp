@@ -24,7 +24,7 @@ void leave_true_points(Manifold& m, const FoundTriangles& found, float tolerance
 /// If all touches are deeper than the shape is thick, keeps those along the normal with the shortest way out.
 void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
   const Vec3 way_out = std::ranges::max(touches, {}, &SurfaceScratch::Touch::nearest).manifold.normal;
-  std::erase_if(touches, [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_normal; });
+  std::erase_if(touches, [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_direction; });
 }
 
 /// Adds the points of doubtful touches that belong to no other side of the surface.
@@ -48,7 +48,7 @@ int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surfa
   int groups = 0;
   for (SurfaceScratch::Touch& touch : touches) {
     int best = -1;
-    float nearest = same_normal;
+    float nearest = same_direction;
     for (int g = 0; g < groups; ++g) {
       const float cosine = dot(normals[g], touch.manifold.normal);
       if (cosine > nearest) best = g, nearest = cosine;

@@ -25,14 +25,21 @@ struct SurfacePush {
 };
 
 /// Normals within about 5° of each other share one manifold.
-inline constexpr float same_normal = 0.996f;
+inline constexpr float same_direction = 0.996f;
 
 /// The points of a group. Up to `max_face_points` are kept until `put` chooses those of the manifolds.
 class SurfacePatch {
  public:
-  FATHOM_HD SurfacePatch(Vec3 normal, const Tolerance& tolerance) : tolerance_(tolerance) {
-    frame_ = make_face_frame({normal, 0});
+  SurfacePatch() = default;  // empty only after `begin`
+  FATHOM_HD SurfacePatch(Vec3 normal, const Tolerance& tolerance) { begin(normal, tolerance); }
+
+  FATHOM_HD void begin(Vec3 normal, const Tolerance& tolerance) {
+    tolerance_ = tolerance;
+    count_ = 0;
+    set_normal(normal);
   }
+  FATHOM_HD void set_normal(Vec3 normal) { frame_ = make_face_frame({normal, 0}); }
+  FATHOM_HD Vec3 normal() const { return frame_.n; }
 
   FATHOM_HD void add(const ManifoldPoint& point) {
     // Adjacent triangles both report the corners that they share.
@@ -128,7 +135,7 @@ class SurfacePatch {
   Tolerance tolerance_;
   FaceFrame frame_;
   ManifoldPoint kept_[max_face_points];
-  int count_ = 0;
+  int count_;
 };
 
 /// Position of a body's load relative to `origin` (m): where it was in the push whose normal is nearest, moved a little

@@ -1,8 +1,8 @@
 // Which triangles a shape may meet on its path.
 #pragma once
 
-#include "terrain/surface_triangle.hpp"
 #include "terrain/eight_triangles.hpp"
+#include "terrain/surface_triangle.hpp"
 #include "terrain/turned_shape.hpp"
 
 namespace fathom {

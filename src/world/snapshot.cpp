@@ -84,8 +84,6 @@ void World::restore(std::span<const std::byte> bytes) {
   in(fresh->steps);
   fresh->profile.step = fresh->steps;
   fresh->bodies.restore(in);
-  if (def.simulator == SimulatorKind::device)
-    for (const BodyId id : fresh->bodies.living()) in.require(!fresh->bodies[id.index].geometry.is_surface());
   fresh->joints.restore(in, fresh->bodies);
   fresh->excluded.restore(in, fresh->bodies);
   std::vector<JointBreak> broken;

@@ -89,10 +89,6 @@ static void check_available(const BodyDef& def, SimulatorKind simulator, const s
     throw Error(ErrorCode::unavailable, action + ": the device simulator asks no callbacks, so no body can have " +
                                             (def.pre_solve ? "pre_solve" : "custom_filter") +
                                             "; take the native or the hybrid one");
-  if (def.shape.is_surface())
-    throw Error(
-        ErrorCode::unavailable,
-        action + ": the device simulator has no meshes and height fields yet; take the native or the hybrid one");
 }
 
 BodyId World::add(const BodyDef& def) {

@@ -166,7 +166,7 @@ struct CountCells {
   }
   FATHOM_HD Part part_of(std::uint32_t body) const {
     const CellCounters& c = *cells.counters;
-    const bool has_box = bodies.constants[body].shape() != ShapeType::compound;
+    const bool has_box = !bodies.constants[body].is_compound();
     const Vec3 p = (has_box ? centre(bodies.fat[body].box()) : bodies.poses[body].position) - c.origin;
     return {coordinate(p.x * c.inverse_edge.x), coordinate(p.y * c.inverse_edge.y), coordinate(p.z * c.inverse_edge.z)};
   }
@@ -247,7 +247,7 @@ struct MakeBatches {
  private:
   /// Differs from step to step: not always the same constraints lose.
   FATHOM_HD std::uint64_t rank(std::uint32_t constraint) const {
-    const TouchingPieces pieces = pieces_of(bodies, contacts.contacts[constraints.contact[constraint]]);
+    const TouchingPieces pieces = ranked_pieces(bodies, contacts.contacts[constraints.contact[constraint]]);
     constexpr std::uint64_t mask = (std::uint64_t{1} << 56) - 1;
     return (priority(pieces.a, pieces.b) ^ (std::uint64_t{counters->step} * 0x9e3779b97f4a7c15u & mask)) *
                0xd6e8feb86659fd93u &

@@ -39,7 +39,7 @@ struct EnterPairs {
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const Contact& c = contacts.contacts[k];
-    if (!c.in_use()) return;
+    if (!c.in_use() || c.is_patch()) return;
     const TouchingPieces pieces = pieces_of(bodies, c);
     if ((bodies.fat[pieces.a].changes | bodies.fat[pieces.b].changes) & drop_contacts) return;
     const std::uint64_t key = pair_key(pieces.a, pieces.b);
@@ -121,8 +121,7 @@ struct TakeOverlaps {
   FATHOM_HD void take(std::uint32_t i, std::uint32_t j) const {
     if (!may_touch(bodies, i, j)) return;
     if (is_entered(sweep, i, j)) return;
-    const std::uint32_t index = exec::atomic_add(counters->found, 1u);
-    if (index < contacts.capacity) contacts.found[index] = {i, j};
+    note_found(bodies, contacts, *counters, i, j);
   }
 };
 

@@ -1,0 +1,213 @@
+// Contacts of a surface with a convex shape, triangle by triangle and without lists: for devices. As in
+// surface_contact.hpp, but touches join their patches as they are found, so their order decides which of two directions
+// within 5° of each other a patch gets. Pure.
+#pragma once
+
+#include "collision/box_hull.hpp"
+#include "terrain/surface_patch.hpp"
+#include "terrain/surface_view.hpp"
+
+namespace fathom {
+
+/// A convex shape in its own axes, for `axes_of` and `collide_triangle`.
+class ShapeInOwnAxes {
+ public:
+  FATHOM_HD explicit ShapeInOwnAxes(const Geometry& shape) {
+    if (fathom::is_round(shape)) {
+      round_ = round_shape(shape);
+      inner_ = round_.radius;
+      outer_ = max_component(abs(round_.core.from)) + round_.radius;
+      return;
+    }
+    if (shape.type == ShapeType::box) box_ = BoxHull(shape.half_extents);
+    hull_ = shape.type == ShapeType::box ? fathom::view(box_) : shape.hull;
+    const HullSize size = size_of(hull_);
+    inner_ = hull_.inner = size.inner, outer_ = hull_.outer = size.outer;
+  }
+  ShapeInOwnAxes(const ShapeInOwnAxes&) = delete;
+  ShapeInOwnAxes& operator=(const ShapeInOwnAxes&) = delete;
+
+  FATHOM_HD bool is_round() const { return round_.radius > 0; }
+  FATHOM_HD const RoundShape& round() const { return round_; }
+  FATHOM_HD const HullView& hull() const { return hull_; }
+  FATHOM_HD const HullView& turned() const { return hull_; }
+  FATHOM_HD int edge_count() const { return hull_.edge_count / 2; }
+  FATHOM_HD EdgeArc edge(int i) const { return edge_arc(hull_, i); }
+  FATHOM_HD Quat rotation() const { return {}; }
+  FATHOM_HD float inner() const { return inner_; }  ///< m, half the smallest thickness
+  FATHOM_HD float outer() const { return outer_; }  ///< m, largest coordinate
+
+ private:
+  RoundShape round_{{}, 0};
+  BoxHull box_{{1, 1, 1}};
+  HullView hull_;
+  float inner_ = 0, outer_ = 0;
+};
+
+/// The triangles of a surface around a shape at `pose`, in the shape's axes.
+struct TrianglesAround {
+  const SurfaceView& surface;
+  const Pose& pose;
+
+  FATHOM_HD SurfaceTriangle triangle(std::uint32_t number) const {
+    return in_axes(pose.rotation, SurfaceTriangle(surface.triangle(number), pose.position));
+  }
+  /// See `collide_triangle`.
+  FATHOM_HD bool rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const {
+    const SharedCorners shared(t, tips);
+    const Vec3 at = surface.vertex(shared.names[0]);
+    return surface.any_in({at, at}, [&](std::uint32_t number) {
+      const Triangle beside = surface.triangle(number);
+      if (!shared.are_in(beside.vertices)) return false;
+      SurfaceTriangle other;
+      for (int k = 0; k < 3; ++k) {
+        other.corners[k] = inverse_rotate(pose.rotation, beside.corners[k] - pose.position);
+        other.names[k] = beside.vertices[k];
+      }
+      return does_rise(t, other, shared, axis);
+    });
+  }
+  /// Whether a point `depth` (m) behind a triangle has a shorter way out of the surface through another triangle.
+  FATHOM_HD bool is_nearer_outside(Vec3 point, float depth, float tolerance) const {
+    // The point is over or under the triangle, at most so far away; a little more for rounding.
+    const Aabb near = grown(Aabb{point, point}, 1.001f * max(depth, tolerance) + tolerance);
+    return surface.any_in(bounds(near, pose), [&](std::uint32_t number) {
+      const SurfaceTriangle t = triangle(number);
+      const float height = dot(t.normal, point) - t.offset;
+      if (!(height <= tolerance && height > tolerance - depth)) return false;
+      for (int k = 0; k < 3; ++k) {
+        const Vec3 inward = cross(t.normal, t.corners[(k + 1) % 3] - t.corners[k]);
+        if (!(dot(inward, point - t.corners[k]) >= 0)) return false;
+      }
+      return true;
+    });
+  }
+};
+
+/// The patches of one shape; large, so kept in memory of the caller's.
+struct PatchSet {
+  SurfacePatch patches[max_surface_manifolds];
+  float nearest[max_surface_manifolds];  ///< m, least separation of each
+  int count;
+
+  FATHOM_HD void add(const Manifold& m, const Tolerance& tolerance) {
+    const float near = nearest_separation(m);
+    int best = -1;
+    float most = same_direction;
+    for (int g = 0; g < count; ++g)
+      if (const float cosine = dot(patches[g].normal(), m.normal); cosine > most) best = g, most = cosine;
+    if (best < 0) {
+      const bool is_full = count == max_surface_manifolds;  // more directions than anything can rest on
+      best = is_full ? shallowest() : count++;
+      if (is_full && near >= nearest[best]) return;
+      patches[best].begin(m.normal, tolerance);
+      nearest[best] = near;
+    } else if (near < nearest[best]) {
+      patches[best].set_normal(m.normal);
+      nearest[best] = near;
+    }
+    for (int i = 0; i < m.count; ++i) patches[best].add(m.points[i]);
+  }
+  /// The deepest patch but for those that are `taken` (a bit each).
+  FATHOM_HD int deepest(unsigned taken) const {
+    int best = -1;
+    for (int g = 0; g < count; ++g)
+      if ((taken >> g & 1) == 0 && (best < 0 || nearest[g] < nearest[best])) best = g;
+    return best;
+  }
+
+ private:
+  FATHOM_HD int shallowest() const {
+    int most = 0;
+    for (int g = 1; g < count; ++g)
+      if (nearest[g] > nearest[most]) most = g;
+    return most;
+  }
+};
+
+/// Keeps the points of a doubtful touch that are not nearer to another side of the surface (surface_contact.cpp).
+FATHOM_HD void leave_true_points(Manifold& m, const auto& around, float tolerance) {
+  int left = 0;
+  for (int i = 0; i < m.count; ++i) {
+    const ManifoldPoint& point = m.points[i];
+    const Vec3 of_shape = mul_add(point.position, 0.5f * point.separation, m.normal);
+    if (!around.is_nearer_outside(of_shape, -point.separation, tolerance)) m.points[left++] = point;
+  }
+  m.count = left;
+}
+
+/// Manifolds in the surface's frame, deepest first, where the shape `b` is nearer than `margin` (m). Normals point from
+/// the surface to the shape. `pushes`: the last step's manifolds. `centre`: from the shape's centre to its body's
+/// centre of mass (m, the surface's axes); the load is assumed there until a push locates it.
+FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, const Pose& b_in_a, float margin,
+                               const SurfacePush* pushes, int push_count, PatchSet& set, SurfaceContact& contact,
+                               Vec3 centre) {
+  contact.count = 0;
+  const ShapeInOwnAxes shape(b);
+  const TrianglesAround around{surface, b_in_a};
+  const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
+  SurfacePush of_shape[max_surface_manifolds];
+  Vec3 pushed[max_surface_manifolds];
+  for (int i = 0; i < push_count; ++i) {
+    of_shape[i] = pushes[i];
+    of_shape[i].normal = pushed[i] = inverse_rotate(b_in_a.rotation, pushes[i].normal);
+    of_shape[i].load.at = inverse_transform(b_in_a, pushes[i].load.at);
+  }
+  const Aabb box = grown(bounds(b, b_in_a), margin);
+  const auto for_each_touch = [&](const auto& act) {
+    surface.for_each_in(box, [&](std::uint32_t number) {
+      const SurfaceTriangle t = around.triangle(number);
+      const AxesOfTriangles<OneLane> axes = axes_of(t, shape, margin, pushed, push_count);
+      if (!axes.near) return;
+      TriangleContact touch = collide_triangle(t, axes, shape, margin, around);
+      if (touch.manifold.count > 0) act(touch);
+    });
+  };
+
+  set.count = 0;
+  bool any_sure = false, are_deep = true;
+  float way_out_at = -3e38f;
+  Vec3 way_out;
+  for_each_touch([&](TriangleContact& touch) {
+    if (!touch.is_doubtful) {
+      any_sure = true;
+      return set.add(touch.manifold, tolerance);
+    }
+    are_deep &= touch.is_deep;
+    if (const float near = nearest_separation(touch.manifold); near > way_out_at)
+      way_out_at = near, way_out = touch.manifold.normal;
+    leave_true_points(touch.manifold, around, tolerance.side);
+    if (touch.manifold.count > 0) set.add(touch.manifold, tolerance);
+  });
+  if (!any_sure && are_deep && way_out_at > -3e38f) {
+    // All touches are deeper than the shape is thick: it leaves along the shortest way.
+    set.count = 0;
+    for_each_touch([&](const TriangleContact& touch) {
+      if (dot(touch.manifold.normal, way_out) >= same_direction) set.add(touch.manifold, tolerance);
+    });
+  }
+
+  contact.count = set.count;
+  int second = set.count;  // follows the first manifolds of all patches
+  unsigned taken = 0;
+  for (int g = 0; g < set.count; ++g) {
+    const int deepest = set.deepest(taken);
+    taken |= 1u << deepest;
+    SurfacePatch& patch = set.patches[deepest];
+    Manifold both[2];
+    const Vec3 load = load_along(patch.normal(), of_shape, push_count, {}, inverse_rotate(b_in_a.rotation, centre));
+    const bool is_reduced = patch.put(both, shape.is_round(), load);
+    for (int i = 0; i < 2; ++i) {
+      Manifold& m = both[i];
+      if (i == 1 && (m.count == 0 || second == max_surface_manifolds)) continue;
+      m.normal = rotate(b_in_a.rotation, m.normal);
+      for (int k = 0; k < m.count; ++k) m.points[k].position = transform(b_in_a, m.points[k].position);
+      const int at = i == 0 ? g : second++;
+      contact.manifolds[at] = m;
+      contact.is_reduced[at] = is_reduced;
+    }
+  }
+  contact.count = second;
+}
+
+}  // namespace fathom
