@@ -255,7 +255,6 @@ TEST_P(Belts, BelowAHeavyLoadABeltStillMoves) {
 }
 
 TEST_P(Belts, MeshesAndFieldsAreBeltsToo) {
-  if (is_device()) GTEST_SKIP() << "the device has no surfaces";
   const std::vector<float> level(21 * 21, 0.0f);
   const Shape field = height_field({.columns = 21, .rows = 21, .cell_x = 1, .cell_y = 1, .heights = level});
   for (const bool is_field : {false, true}) {

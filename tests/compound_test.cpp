@@ -374,7 +374,6 @@ TEST(Compound, EverySolverAndPartitionHoldsThem) {
 }
 
 TEST(Compound, LiesOnSurfaces) {
-  if (world_of().simulator == SimulatorKind::device) GTEST_SKIP() << "the device has no surfaces";
   for (const bool field : {false, true}) {
     World world(world_of());
     world.add(field ? fixed(wavy_field(61), {-5, -5, 0}) : fixed(wavy_mesh(60)));

@@ -398,20 +398,6 @@ TEST(SceneSurface, MovesByItselfNowhere) {
   EXPECT_EQ(parse_scene(text, "scene.toml").bodies[0].motion, MotionType::kinematic);
 }
 
-TEST(SceneSurface, IsRefusedByTheDeviceSimulator) {
-  Scene scene = parse_scene(scene_with(pyramid_inline), "scene.toml");
-  scene.world.simulator = SimulatorKind::device, scene.world.device = "host";
-  World world(scene.world);
-  try {
-    const SceneInstance instance(scene, world);
-    ADD_FAILURE() << "no error";
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(),
-                 "scene: body 0: add body: the device simulator has no meshes and height fields yet; take the native "
-                 "or the hybrid one");
-  }
-}
-
 // Anything at all -----------------------------------------------------------------------------------------------
 
 /// Truncated somewhere, or with some bytes changed.

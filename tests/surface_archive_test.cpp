@@ -17,7 +17,7 @@ namespace {
 using testing::HasSubstr;
 
 World heap_on(const std::vector<BodyDef>& grounds, int threads) {
-  WorldDef def;
+  WorldDef def = sleepy_world();
   def.threads = threads;
   World world(def);
   for (const BodyDef& ground : grounds) world.add(ground);

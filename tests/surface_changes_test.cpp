@@ -17,7 +17,7 @@ TouchingPair pair_of(BodyId a, BodyId b) { return std::minmax(a.index, b.index);
 
 /// A pair begins to touch once and ends once, however many contacts it has.
 TEST(SurfaceChanges, EventsAreOfPairs) {
-  WorldDef def;
+  WorldDef def = sleepy_world();
   def.sleep.enabled = false;
   World world(def);
   world.add(fixed(wavy_mesh(60)));
@@ -93,6 +93,19 @@ TEST(SurfaceChanges, EveryWayOfSolvingHolds) {
       {"impulse", [](WorldDef& def) { def.solver.method = Solver::impulse; }},
       {"one substep", [](WorldDef& def) { def.solver.substeps = 1; }},
       {"hybrid", [](WorldDef& def) { def.simulator = SimulatorKind::hybrid, def.device = "host"; }},
+      {"device", [](WorldDef& def) { def.simulator = SimulatorKind::device, def.device = "host"; }},
+      {"device's cells",
+       [](WorldDef& def) {
+         def.simulator = SimulatorKind::device, def.device = "host", def.partition = Partition::cells;
+       }},
+      {"device's sweep",
+       [](WorldDef& def) {
+         def.simulator = SimulatorKind::device, def.device = "host", def.broad_phase = BroadPhase::sweep;
+       }},
+      {"device's impulse",
+       [](WorldDef& def) {
+         def.simulator = SimulatorKind::device, def.device = "host", def.solver.method = Solver::impulse;
+       }},
       {"long steps", [](WorldDef& def) { def.dt = 1.0f / 30; }},
       {"short steps", [](WorldDef& def) { def.dt = 1.0f / 240; }},
   };

@@ -8,12 +8,13 @@
 #include "geometry/support.hpp"
 #include "random.hpp"
 #include "test_surfaces.hpp"
+#include "world_fixture.hpp"
 
 namespace fathom::test::surface_motion_test {
 namespace {
 
 World world_on(const BodyDef& ground, int threads = 1) {
-  WorldDef def;
+  WorldDef def = sleepy_world();
   def.threads = threads;
   World world(def);
   world.add(ground);
@@ -73,7 +74,7 @@ float energy(const World& world, BodyId id, float gyration) {
 TEST(SurfaceMotion, ABallInABowlGainsNoEnergy) {
   for (const int cells : {20, 60, 200}) {
     // Within a step a body moves straight on, into ground that bends up; in a long step that lifts it.
-    WorldDef def;
+    WorldDef def = sleepy_world();
     def.dt = 1.0f / 240;
     World world(def);
     world.add(fixed(grid_mesh(cells, 5, [](float x, float y) { return 0.1f * (x * x + y * y); })));
@@ -155,7 +156,7 @@ TEST(SurfaceMotion, NothingPassesTriangles) {
   const Shape crate = box_mesh({0.5f, 0.5f, 0.5f});
   Generator random(5);
   for (int i = 0; i < 600; ++i) {
-    WorldDef def;
+    WorldDef def = sleepy_world();
     def.gravity = {};
     World world(def);
     world.add(fixed(crate));

@@ -5,6 +5,7 @@
 
 #include "geometry/support.hpp"
 #include "test_surfaces.hpp"
+#include "world_fixture.hpp"
 
 namespace fathom::test::surface_test {
 namespace {
@@ -15,7 +16,7 @@ struct Slide {
 };
 
 Slide slide_on(const Shape& ground, const Shape& shape, Vec3 position, Vec3 velocity, float friction = 0) {
-  WorldDef def;
+  WorldDef def = sleepy_world();
   def.sleep.enabled = false;
   World world(def);
   BodyDef floor;

@@ -108,8 +108,10 @@ class ContactMemory {
   /// What only seams need.
   void reserve_for_seams();
   /// What only surfaces need.
-  void reserve_for_surfaces() { patch_sets_.grow(surface_workers); }
+  void reserve_for_surfaces(std::uint32_t workers) { patch_sets_.grow(workers); }
+  /// Memory for the patches of a pair, for each of `surface_workers()`.
   PatchSet* patch_sets() { return patch_sets_.data(); }
+  std::uint32_t surface_workers() const { return static_cast<std::uint32_t>(patch_sets_.size()); }
   bool may_bounce() const { return may_bounce_; }
   bool any_extras() const { return any_extras_; }
   std::size_t capacity() const { return capacity_; }

@@ -8,6 +8,7 @@
 #include "collision/seam.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/pieces.hpp"
+#include "terrain/surface_seam.hpp"
 
 namespace fathom::device {
 
@@ -24,7 +25,7 @@ struct ChainFixedContacts {
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const Contact& c = contacts.contacts[k];
-    if (!c.in_use() || c.apart() || bodies.constants[c.a].motion() != MotionType::fixed) return;
+    if (!c.in_use() || c.is_patch() || c.apart() || bodies.constants[c.a].motion() != MotionType::fixed) return;
     contacts.fixed_contacts[k] = {pieces_of(bodies, c).a, exec::atomic_exchange(bodies.fixed_contact[c.b], k)};
   }
 };
@@ -52,10 +53,24 @@ struct PieceNeighbours {
          k = contacts.fixed_contacts[k].next) {
       const std::uint32_t other = contacts.fixed_contacts[k].a;
       if (other == a || !overlaps(bodies.boxes[other], in_world)) continue;
-      const NeighbourSolid solid{bodies.geometry(other), relative(bodies.poses[a], bodies.poses[other])};
+      const Pose in_a = relative(bodies.poses[a], bodies.poses[other]);
+      if (bodies.constants[other].is_surface()) {
+        found = any_triangle(bodies.surfaces[bodies.constants[other].hull], in_a, act);
+        continue;
+      }
+      const NeighbourSolid solid{bodies.geometry(other), in_a};
       found = has_faces(solid.shape) && act(solid);
     }
     return found;
+  }
+  template <class Act>
+  FATHOM_HD bool any_triangle(const SurfaceView& surface, const Pose& in_a, const Act& act) const {
+    const float depth = half_thickness(bodies.constants[b]);
+    return surface.any_in(fathom::bounds(box, relative(in_a, {})), [&](std::uint32_t number) {
+      Triangle triangle = surface.triangle(number);
+      for (Vec3& corner : triangle.corners) corner = transform(in_a, corner);
+      return act(NeighbourTriangle{SurfaceTriangle(triangle, {}), depth});
+    });
   }
   template <class Act>
   FATHOM_HD bool any_sibling(const Act& act) const {
@@ -100,6 +115,22 @@ struct Seams {
     return {swapped(of_b.manifold, b_in_a), of_a.has_neighbours || of_b.has_neighbours, of_a.is_whole && of_b.is_whole};
   }
 
+  /// Whether a manifold of the surface `pieces.a` counts beside its neighbours. `centre`: of B, in A's frame.
+  FATHOM_HD bool counts_on_surface(const TouchingPieces& pieces, Vec3 centre, const Manifold& m) const {
+    const auto [a, b] = pieces;
+    if (!contacts.fixed_contacts || bodies.constants[a].motion() != MotionType::fixed) return true;
+    const float half = half_thickness(bodies.constants[b]);
+    const SeamLengths l = make_seam_lengths(half, max_component(abs(bodies.poses[a].position)));
+    const PieceNeighbours<BodyArrays, ContactArrays> neighbours{bodies, contacts, a, b, around_patch(m, l.edge + half)};
+    if (!neighbours.any([](const auto&) { return true; })) return true;
+    const SurfaceView& surface = bodies.surfaces[bodies.constants[a].hull];
+    const auto any_normal = [&](const Aabb& box, const auto& act) {
+      return surface.any_in(
+          box, [&](std::uint32_t number) { return act(SurfaceTriangle(surface.triangle(number), {}).normal); });
+    };
+    return counts_beside(neighbours, any_normal, l, centre, m);
+  }
+
  private:
   FATHOM_HD bool has_neighbours(std::uint32_t a) const {
     const BodyConstants& c = bodies.constants[a];
@@ -118,7 +149,7 @@ struct Seams {
     const float half = half_thickness(bodies.constants[b]);
     const PieceNeighbours<BodyArrays, ContactArrays> neighbours{bodies, contacts, a, b,
                                                                 grown(fathom::bounds(of_b, b_in_a), l.edge)};
-    if (!neighbours.any([](const NeighbourSolid&) { return true; })) return {m};
+    if (!neighbours.any([](const auto&) { return true; })) return {m};
     return kept_at_seam(of_a, of_b, b_in_a, margin, half, neighbours, l, m);
   }
 };

@@ -152,7 +152,7 @@ void DeviceSimulator<D>::note_fixed(std::uint32_t slot) {
   const BodyInfo& info = bodies[slot];
   if (info.motion != MotionType::fixed) return;
   if (children_of(slot) > 1) shapes_ |= seams_bit;
-  if (!has_faces(info.geometry) && !info.geometry.is_compound()) return;
+  if (!has_faces(info.geometry) && info.geometry.is_convex()) return;
   if (fixed_slot_ != none && fixed_slot_ != slot) shapes_ |= seams_bit;
   fixed_slot_ = slot;
 }

@@ -57,6 +57,7 @@ class Step {
         bodies_(bodies.arrays()),
         contacts_(contacts.contacts()),
         patch_sets_(contacts.patch_sets()),
+        surface_workers_(contacts.surface_workers()),
         constraints_(contacts.constraints()),
         joints_(joints.arrays()),
         mechanisms_(mechanisms.arrays()),
@@ -151,7 +152,8 @@ class Step {
     if (has_hulls()) device_.parallel_for(to_collide(hulls), CollideShapes<hulls>{changes, settings_.dt});
     device_.parallel_for(fast(false), LookAheadPairs<false>{changes, settings_.dt});
     if (has_hulls()) device_.parallel_for(fast(true), LookAheadPairs<true>{changes, settings_.dt});
-    if (patch_sets_) device_.parallel_for(surface_workers, CollideSurfaces{changes, patch_sets_, settings_.dt});
+    if (surface_workers_ > 0)
+      device_.parallel_for(surface_workers_, CollideSurfaces{changes, patch_sets_, surface_workers_, settings_.dt});
   }
 
   void build_constraints() {
@@ -292,7 +294,8 @@ class Step {
   D& device_;
   BodyArrays bodies_;
   ContactArrays contacts_;
-  PatchSet* patch_sets_;  ///< null: there are no surfaces
+  PatchSet* patch_sets_;
+  std::uint32_t surface_workers_;  ///< 0: there are no surfaces
   ConstraintArrays constraints_;
   JointArrays joints_;
   MechanismArrays mechanisms_;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "check/check.hpp"
-#include "device/tuning.hpp"
 #include "device/update_manifolds.hpp"
 #include "dynamics/triangle_ahead.hpp"
 #include "exec/bits.hpp"
@@ -20,12 +19,13 @@ struct CollideSurfaces {
   static constexpr std::uint32_t group_size = 64;
 
   ContactChanges changes;
-  PatchSet* sets;  ///< one for each worker
-  float dt;        ///< s
+  PatchSet* sets;         ///< one for each worker
+  std::uint32_t workers;  ///< that this kernel has
+  float dt;               ///< s
 
   FATHOM_HD void operator()(std::uint32_t worker) const {
     const std::uint32_t count = changes.counters->to_collide[surfaces];
-    for (std::uint32_t k = worker; k < count; k += surface_workers)
+    for (std::uint32_t k = worker; k < count; k += workers)
       collide(changes.contacts.to_collide[changes.contacts.listed(surfaces, k)], sets[worker]);
   }
 
@@ -119,8 +119,21 @@ struct CollideSurfaces {
     found.count = 0;
     if (!ahead.is_clear)
       collide_surface(surface, shape, ahead.b_in_a, margin, patches.pushes, patches.push_count, set, found, centre);
+    leave_those_that_count(pieces, ahead.b_in_a.position, found);
     b_in_a = of_b.is_child() ? ahead.b_in_a * relative(bodies.child_poses[b], {}) : ahead.b_in_a;
     time = ahead.time;
+  }
+
+  /// Drops manifolds at seams that do not count (seams.hpp).
+  FATHOM_HD void leave_those_that_count(const TouchingPieces& pieces, Vec3 centre, SurfaceContact& found) const {
+    const auto seams = seams_of(changes.bodies, changes.contacts);
+    int left = 0;
+    for (int g = 0; g < found.count; ++g) {
+      if (!seams.counts_on_surface(pieces, centre, found.manifolds[g])) continue;
+      found.manifolds[left] = found.manifolds[g];
+      found.is_reduced[left++] = found.is_reduced[g];
+    }
+    found.count = left;
   }
 
   /// The first impact with any triangle that gets deep within the step (dynamics/surface_ahead.hpp).

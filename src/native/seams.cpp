@@ -5,41 +5,9 @@
 #include <vector>
 
 #include "geometry/compound_query.hpp"
-#include "terrain/surface_triangle.hpp"
+#include "terrain/surface_seam.hpp"
 
 namespace fathom::native {
-
-namespace {
-
-constexpr float max_slope = 0.7f;  // of a neighbour that continues the surface
-
-/// A triangle of a surface, solid behind it down to `depth` (m).
-struct NeighbourTriangle {
-  SurfaceTriangle triangle;
-  float depth;
-
-  bool holds(Vec3 point, float gap) const {
-    const float height = dot(triangle.normal, point) - triangle.offset;
-    if (height > gap || height < -depth) return false;
-    for (int k = 0; k < 3; ++k) {
-      const Vec3 from = triangle.corners[k], along = triangle.corners[(k + 1) % 3] - from;
-      const Vec3 outward = cross(along, triangle.normal);
-      if (dot(outward, point - from) > gap * length(outward)) return false;
-    }
-    return true;
-  }
-  template <class Act>
-  bool any_face_before(Vec3 point, const Act& act) const {
-    return dot(triangle.normal, point) > triangle.offset && act(Hull::Plane{triangle.normal, triangle.offset});
-  }
-  float rise(Vec3 point, Vec3 normal) const {
-    float highest = -3e38f;
-    for (const Vec3& corner : triangle.corners) highest = max(highest, dot(normal, corner - point));
-    return highest;
-  }
-};
-
-}  // namespace
 
 /// All in the frame of the touched piece.
 struct SeamNeighbours {
@@ -85,13 +53,6 @@ void add_pieces(const BodyInfo& body, const Pose& body_in_a, const Aabb& box, co
   }
 }
 
-/// The box around the manifold's points on A's surface.
-Aabb around_patch(const Manifold& m, float distance) {
-  Aabb box{on_first(m, 0), on_first(m, 0)};
-  for (int i = 1; i < m.count; ++i) box = {min(box.lower, on_first(m, i)), max(box.upper, on_first(m, i))};
-  return grown(box, distance);
-}
-
 /// Normals of the surface's triangles in the box.
 std::span<const Vec3> normals_in(const Surface& surface, const Aabb& box) {
   thread_local std::vector<std::uint32_t> found;
@@ -101,19 +62,6 @@ std::span<const Vec3> normals_in(const Surface& surface, const Aabb& box) {
   normals.clear();
   for (const std::uint32_t number : found) normals.push_back(SurfaceTriangle(surface.triangle(number), {}).normal);
   return normals;
-}
-
-/// Whether the neighbour continues where the surface with this normal ends, rising by less than 45°: then it is no
-/// wall.
-bool goes_on(const NeighbourSolid& neighbour, Vec3 point, Vec3 normal, float gap) {
-  const Vec3 direction = inverse_rotate(neighbour.pose.rotation, normal);
-  const Vec3 way = transform(neighbour.pose, support(neighbour.shape, direction)) - point;
-  return dot(way, normal) <= max_slope * length(way) + gap;
-}
-bool goes_on(const NeighbourTriangle& neighbour, Vec3 point, Vec3 normal, float gap) {
-  return std::ranges::all_of(neighbour.triangle.corners, [&](Vec3 corner) {
-    return dot(corner - point, normal) <= max_slope * length(corner - point) + gap;
-  });
 }
 
 }  // namespace
@@ -166,22 +114,10 @@ bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre,
   neighbours.clear();
   const Aabb box = around_patch(m, lengths.edge + b.piece.half);
   add_fixed(a.slot, pose, b, box, neighbours);
-  if (neighbours.empty() || is_held(neighbours, centre)) return true;
+  if (neighbours.empty()) return true;
   const std::span<const Vec3> normals = normals_in(a.piece.geometry.surface(), around_patch(m, lengths.step));
-  if (std::ranges::any_of(normals, [&](Vec3 n) { return dot(n, m.normal) > 1 - 1e-6f; })) return true;
-  const auto is_hidden = [&](Vec3 point) {
-    return neighbours.any([&](const auto& n) {
-      return rises_at(n, point, m.normal, lengths.gap) &&
-             std::ranges::any_of(normals, [&](Vec3 normal) { return goes_on(n, point, normal, lengths.gap); });
-    });
-  };
-  // A face of the body may cover more of the surface than it touches.
-  float farthest = -3e38f;
-  for (int i = 0; i < m.count; ++i) farthest = max(farthest, dot(m.normal, on_first(m, i)));
-  for (int i = 0; i < m.count; ++i)
-    if (const Vec3 point = on_first(m, i); dot(m.normal, point) >= farthest - lengths.gap && !is_hidden(point))
-      return true;
-  return false;
+  const auto any_normal = [&](const Aabb&, const auto& act) { return std::ranges::any_of(normals, act); };
+  return counts_beside(neighbours, any_normal, lengths, centre, m);
 }
 
 /// Adds other fixed bodies that meet the box (in the frame of the body `slot`) and collide with B.

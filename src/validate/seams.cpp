@@ -60,24 +60,21 @@ void add_tiles(World& world, float from, float length, float edge, float frictio
 
 struct Floor {
   const char* name;
-  bool has_parts;  ///< surfaces or compounds, which the device simulator does not support
   void (*add)(World& world, float length, float friction);
 };
 
 constexpr std::array floors{
-    Floor{"tiles of 0.25 m", false, [](World& w, float l, float friction) { add_tiles(w, 0, l, 0.25f, friction); }},
-    Floor{"tiles of 1 m", false, [](World& w, float l, float friction) { add_tiles(w, 0, l, 1, friction); }},
-    Floor{"tiles of 3 m", false, [](World& w, float l, float friction) { add_tiles(w, 0, l, 3, friction); }},
-    Floor{"a mesh", true,
-          [](World& w, float l, float friction) {
-            add_floor(w, flat_mesh(l, static_cast<int>(8 * l), 60), {}, friction);
-          }},
-    Floor{"meshes of 2 m", true,
+    Floor{"tiles of 0.25 m", [](World& w, float l, float friction) { add_tiles(w, 0, l, 0.25f, friction); }},
+    Floor{"tiles of 1 m", [](World& w, float l, float friction) { add_tiles(w, 0, l, 1, friction); }},
+    Floor{"tiles of 3 m", [](World& w, float l, float friction) { add_tiles(w, 0, l, 3, friction); }},
+    Floor{"a mesh", [](World& w, float l,
+                       float friction) { add_floor(w, flat_mesh(l, static_cast<int>(8 * l), 60), {}, friction); }},
+    Floor{"meshes of 2 m",
           [](World& w, float l, float friction) {
             const Shape part = flat_mesh(2, 5, 15);
             for (float x = 0; x < l; x += 2) add_floor(w, part, {x, 0, 0}, friction);
           }},
-    Floor{"meshes and tiles", true,
+    Floor{"meshes and tiles",
           [](World& w, float l, float friction) {
             const Shape part = flat_mesh(2, 5, 15);
             for (float x = 0; x < l; x += 4) {
@@ -85,7 +82,7 @@ constexpr std::array floors{
               add_tiles(w, x + 2, 2, 0.5f, friction);
             }
           }},
-    Floor{"a compound of tiles", true,
+    Floor{"a compound of tiles",
           [](World& w, float l, float friction) {
             std::vector<ChildShape> children;
             const Shape tile = box({0.5f, 0.5f, 0.5f});
@@ -185,11 +182,9 @@ double aside(const Setup& setup, float edge, float length) {
 
 void seams(const Setup& setup, Record& record) {
   const float length = setup.full ? 100 : 20;
-  const bool has_parts = setup.simulator != SimulatorKind::device;
   Table table{"Worst of eight shapes at 1, 8 and 30 m/s", {"floor", "speed lost (%)", "off in height (mm)"}, {}};
   const std::vector<Slider> all = sliders();
   for (const Floor& floor : floors) {
-    if (floor.has_parts && !has_parts) continue;
     Slid worst;
     for (const Slider& slider : all)
       for (const float speed : {1.0f, 8.0f, 30.0f}) {
