@@ -10,7 +10,8 @@
 namespace fathom::device {
 
 enum class EditKind : std::uint32_t {
-  add,  ///< constants and tensors, pose, velocity, slot
+  add,      ///< constants and tensors, pose, velocity, slot
+  reserve,  ///< no body gets the index
   remove,
   set_pose,
   set_velocity,
@@ -130,6 +131,8 @@ struct ApplyEdits {
     switch (e.kind) {
       case EditKind::add:
         return add(i, e);
+      case EditKind::reserve:
+        return begin(i);
       case EditKind::remove:
         return remove(i);
       case EditKind::set_pose:
@@ -183,18 +186,15 @@ struct ApplyEdits {
     wake(i);
   }
 
-  FATHOM_HD void add(std::uint32_t i, const Edit& e) const {
-    const BodyConstants c = data[e.data].constants;
-    bodies.slots[i] = data[e.data].slot;
-    bodies.constants[i] = c;
-    bodies.tensors[i] = data[e.data].tensors;
-    bodies.filters[i] = data[e.data].filter;
-    set_surface(i, data[e.data]);
-    if (c.is_child()) bodies.child_poses[i] = data[e.data].pose;
-    bodies.poses[i] = data[e.data].pose;
-    bodies.velocities[i] = data[e.data].velocity;
-    const bool is_still = c.is_child() || c.motion() == MotionType::fixed;
-    bodies.flags[i] = is_still ? 0u : static_cast<std::uint32_t>(awake_flag);
+  /// The state of an index without a body.
+  FATHOM_HD void begin(std::uint32_t i) const {
+    bodies.slots[i] = none;
+    bodies.constants[i] = BodyConstants{};
+    bodies.tensors[i] = BodyTensors{};
+    bodies.filters[i] = FilterMasks{};
+    bodies.poses[i] = Pose{};
+    bodies.velocities[i] = Velocity{};
+    bodies.flags[i] = 0;
     bodies.slow_time[i] = 0;
     bodies.colours[i] = bodies.further[i] = bodies.joint_colours[i] = bodies.best[i] = 0;
     bodies.touching[i] = 0;
@@ -206,6 +206,21 @@ struct ApplyEdits {
     bodies.known[i] = no_box();
     bodies.fat[i] = no_box();
     exec::atomic_max(counters->bodies, i + 1);
+  }
+
+  FATHOM_HD void add(std::uint32_t i, const Edit& e) const {
+    begin(i);
+    const BodyConstants c = data[e.data].constants;
+    bodies.slots[i] = data[e.data].slot;
+    bodies.constants[i] = c;
+    bodies.tensors[i] = data[e.data].tensors;
+    bodies.filters[i] = data[e.data].filter;
+    set_surface(i, data[e.data]);
+    if (c.is_child()) bodies.child_poses[i] = data[e.data].pose;
+    bodies.poses[i] = data[e.data].pose;
+    bodies.velocities[i] = data[e.data].velocity;
+    const bool is_still = c.is_child() || c.motion() == MotionType::fixed;
+    bodies.flags[i] = is_still ? 0u : static_cast<std::uint32_t>(awake_flag);
     refit(i, true, box_change);
   }
 

@@ -184,7 +184,7 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
     if (bodies[slot].geometry.is_compound())
       add_data_edit(EditKind::add, piece, child_data(slot, k));
     else
-      add_edit(edit_of(EditKind::remove, piece, Velocity{}));  // nothing is there
+      add_edit(edit_of(EditKind::reserve, piece, Velocity{}));
   }
 }
 
