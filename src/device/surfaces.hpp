@@ -59,6 +59,8 @@ struct CollideSurfaces {
     FATHOM_ASSERT(count == static_cast<int>(patches_per_pair), pair.b);
     if (patches.push_count > 0 && is_recycled(pair, pieces)) {
       exec::atomic_add(changes.counters->recycled, 1u);
+      for (std::uint32_t p = 0; p < patches_per_pair; ++p)
+        if (patches.touches[p]) colour_if_needed(patches.contact[p]);
       return watch(index, pair);
     }
     SurfaceContact found;
@@ -185,8 +187,12 @@ struct CollideSurfaces {
       if (begins) c.manifold = changes.manifold_slot(next++);
       c.axis.reduced = found.is_reduced[g];
       changes.put(patches.contact[patch], c, found.manifolds[g], b_in_a, time, begins);
+      if (!begins) colour_if_needed(patches.contact[patch]);
     }
     return true;
+  }
+  FATHOM_HD void colour_if_needed(std::uint32_t patch) const {
+    if (changes.contacts.contacts[patch].colour() == overflow_colour) changes.find_colour(patch);
   }
   /// The touching patch without a manifold yet whose last normal was nearest to this one; −1 if none was near.
   FATHOM_HD int max_alike(const Patches& patches, Vec3 normal, unsigned used) const {

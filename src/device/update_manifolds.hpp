@@ -99,7 +99,7 @@ struct ContactChanges {
     c.bits |= touching_bit;
     exec::atomic_add(bodies.touching[c.b], 1u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], 1u);
-    contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
+    find_colour(index);
     exec::atomic_store(counters->any_began, 1u);
     exec::atomic_store(counters->layout_dirty, 1u);
     if (!c.fixed_a() && is_placed(m, c)) look_for_supports(c);
@@ -132,6 +132,11 @@ struct ContactChanges {
     const TouchingPieces pieces = pieces_of(bodies, c);
     const Pose a = pose_in_body(bodies, pieces.a), b = pose_in_body(bodies, pieces.b);
     return take_of_bodies(index, c, in_frame(a, fresh), a * b_in_a * relative(b, {}), time);
+  }
+
+  /// The contact begins, or has found no colour so far. Only once per step.
+  FATHOM_HD void find_colour(std::uint32_t index) const {
+    contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
   }
 
   /// Calls act(index, contact) for the patches of a pair with a surface.
@@ -309,9 +314,7 @@ struct SortOutContacts {
     }
     if (c.touching()) {
       const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
-      // A contact that found no colour tries again.
-      if (c.colour() == overflow_colour)
-        changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = index;
+      if (c.colour() == overflow_colour) changes.find_colour(index);
       const ContactManifold& m = changes.contacts.manifolds[c.manifold];
       if (!c.ahead() && moved_little(m, b_in_a, c.recycle_distance) && !is_to_reduce_anew(c.axis, m)) return recycled;
     }
@@ -344,13 +347,10 @@ struct SortOutContacts {
         c.bits = changes.apart.has(c.a, c.b) ? c.bits | apart_bit : c.bits & ~apart_bit;
     }
     const bool is_near = !c.apart() && overlaps(bodies.boxes[pieces.a], bodies.boxes[pieces.b]);
-    changes.for_each_patch(c, [&](std::uint32_t k, Contact& patch) {
-      if (!patch.touching()) return;
-      if (!is_near)
-        changes.end(patch);
-      else if (patch.colour() == overflow_colour)
-        changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = k;
-    });
+    if (!is_near)
+      changes.for_each_patch(c, [&](std::uint32_t, Contact& patch) {
+        if (patch.touching()) changes.end(patch);
+      });
     return is_near ? std::uint32_t{surfaces} : std::uint32_t{nothing};
   }
   FATHOM_HD void drop(std::uint32_t index, Contact& c) const {
