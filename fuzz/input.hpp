@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <fathom/compound.hpp>
 #include <fathom/error.hpp>
 #include <fathom/joint.hpp>
 #include <fathom/mesh.hpp>
@@ -63,6 +64,16 @@ class Input {
       default:
         return hull(points(4 + byte() % 16));
     }
+  }
+  /// Up to four of the above.
+  Shape compound() {
+    std::vector<ChildShape> children(1 + byte() % 4);
+    for (ChildShape& child : children) {
+      child.shape = shape();
+      child.pose = {vector(), 0, rotation()};
+      if (byte() % 4 == 0) child.filter = Filter{byte(), byte()};
+    }
+    return fathom::compound(children);
   }
   /// A mesh of arbitrary triangles, or a height field; for fixed and kinematic bodies. Throws as `shape` does.
   Shape surface() {

@@ -52,7 +52,7 @@ class Session {
     const std::uint8_t bits = input_.byte();
     def.motion = bits % 8 == 0 ? MotionType::fixed : bits % 8 == 1 ? MotionType::kinematic : MotionType::dynamic;
     const bool is_surface = def.motion != MotionType::dynamic && input_.byte() % 2 == 0;
-    def.shape = is_surface ? input_.surface() : input_.shape();
+    def.shape = is_surface ? input_.surface() : (bits & 8) != 0 ? input_.compound() : input_.shape();
     def.pose.position = input_.vector();
     if (bits & 16) def.pose.rotation = input_.rotation();
     if (bits & 32) def.velocity.linear = input_.vector();

@@ -101,24 +101,26 @@ TEST(ShapeEnvironment, DefaultsAreThoseOfBox3D) {
   EXPECT_EQ(grid.joints.size(), 19800u - 99) << "without those between fixed ones";
 }
 
-/// The environments with surfaces or compounds, of which the device simulator has neither.
-constexpr Small native_only[] = {
+/// The environments with surfaces or compounds.
+constexpr Small in_parts[] = {
     {"trees100", 50, 300}, {"trees50", 20, 200}, {"terrain", 300, 400}, {"tetrapods", 120, 240}};
 
 TEST(ShapeEnvironment, LandscapesAndCompoundsLoseNobody) {
-  for (const Small& small : native_only) {
+  for (const Small& small : in_parts) {
     SCOPED_TRACE(small.name);
     const Scene scene = find_environment(small.name)->make(small.bodies);
     EXPECT_EQ(dynamic_body_count(scene), static_cast<std::size_t>(small.bodies));
     std::vector<Pose> poses;
     for (const BodyDef& body : scene.bodies) poses.push_back(body.pose);
     EXPECT_LE(deepest_overlap(scene, poses), 1e-4);
-    const End end = simulate(small, SimulatorKind::native, 1);
-    EXPECT_EQ(end.quality.non_finite, 0u);
-    EXPECT_EQ(end.quality.bodies_below_ground, 0u);
-    EXPECT_EQ(end.quality.escaped, 0u);
-    EXPECT_LE(end.quality.overlap_max, 0.1);
-    EXPECT_EQ(end.hash, simulate(small, SimulatorKind::native, 2).hash);
+    for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device}) {
+      const End end = simulate(small, simulator, 1);
+      EXPECT_EQ(end.quality.non_finite, 0u);
+      EXPECT_EQ(end.quality.bodies_below_ground, 0u);
+      EXPECT_EQ(end.quality.escaped, 0u);
+      EXPECT_LE(end.quality.overlap_max, 0.1);
+      EXPECT_EQ(end.hash, simulate(small, simulator, 2).hash);
+    }
   }
 }
 
