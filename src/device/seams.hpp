@@ -107,12 +107,19 @@ struct Seams {
 
   /// The part of the pieces' manifold `m` that counts.
   FATHOM_HD SeamManifold kept(const TouchingPieces& pieces, const Pose& b_in_a, float margin, const Manifold& m) const {
-    const auto [a, b] = pieces;
-    const SeamManifold of_a = kept_of_first(a, b, b_in_a, margin, m);
-    if (of_a.manifold.count == 0 || !bodies.constants[b].is_child()) return of_a;
-    const Pose a_in_b = relative(b_in_a, {});
-    const SeamManifold of_b = kept_of_first(b, a, a_in_b, margin, swapped(of_a.manifold, a_in_b));
-    return {swapped(of_b.manifold, b_in_a), of_a.has_neighbours || of_b.has_neighbours, of_a.is_whole && of_b.is_whole};
+    SeamManifold kept{m};
+    // A loop, because the code for one side is long.
+    for (int side = 0; side < 2 && kept.manifold.count > 0; ++side) {
+      const bool of_b = side == 1;
+      if (of_b && !bodies.constants[pieces.b].is_child()) break;
+      const Pose second_in_first = of_b ? relative(b_in_a, {}) : b_in_a;
+      const Manifold& now = kept.manifold;
+      const SeamManifold one = kept_of_first(of_b ? pieces.b : pieces.a, of_b ? pieces.a : pieces.b, second_in_first,
+                                             margin, of_b ? swapped(now, second_in_first) : now);
+      kept = {of_b ? swapped(one.manifold, b_in_a) : one.manifold, kept.has_neighbours || one.has_neighbours,
+              kept.is_whole && one.is_whole};
+    }
+    return kept;
   }
 
   /// Whether a manifold of the surface `pieces.a` counts beside its neighbours. `centre`: of B, in A's frame.

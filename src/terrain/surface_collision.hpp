@@ -154,38 +154,33 @@ FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, co
     of_shape[i].load.at = inverse_transform(b_in_a, pushes[i].load.at);
   }
   const Aabb box = grown(bounds(b, b_in_a), margin);
-  const auto for_each_touch = [&](const auto& act) {
+  bool any_sure = false, are_deep = true, leaves_deep = false;
+  float way_out_at = -3e38f;
+  Vec3 way_out;
+  do {
+    set.count = 0;
     surface.for_each_in(box, [&](std::uint32_t number) {
       const SurfaceTriangle t = around.triangle(number);
       const AxesOfTriangles<OneLane> axes = axes_of(t, shape, margin, pushed, push_count);
       if (!axes.near) return;
       TriangleContact touch = collide_triangle(t, axes, shape, margin, around);
-      if (touch.manifold.count > 0) act(touch);
+      Manifold& m = touch.manifold;
+      if (m.count == 0) return;
+      if (leaves_deep) {
+        if (dot(m.normal, way_out) < same_direction) return;
+      } else if (touch.is_doubtful) {
+        are_deep &= touch.is_deep;
+        if (const float near = nearest_separation(m); near > way_out_at) way_out_at = near, way_out = m.normal;
+        leave_true_points(m, around, tolerance.side);
+        if (m.count == 0) return;
+      } else {
+        any_sure = true;
+      }
+      set.add(m, tolerance);
     });
-  };
-
-  set.count = 0;
-  bool any_sure = false, are_deep = true;
-  float way_out_at = -3e38f;
-  Vec3 way_out;
-  for_each_touch([&](TriangleContact& touch) {
-    if (!touch.is_doubtful) {
-      any_sure = true;
-      return set.add(touch.manifold, tolerance);
-    }
-    are_deep &= touch.is_deep;
-    if (const float near = nearest_separation(touch.manifold); near > way_out_at)
-      way_out_at = near, way_out = touch.manifold.normal;
-    leave_true_points(touch.manifold, around, tolerance.side);
-    if (touch.manifold.count > 0) set.add(touch.manifold, tolerance);
-  });
-  if (!any_sure && are_deep && way_out_at > -3e38f) {
-    // All touches are deeper than the shape is thick: it leaves along the shortest way.
-    set.count = 0;
-    for_each_touch([&](const TriangleContact& touch) {
-      if (dot(touch.manifold.normal, way_out) >= same_direction) set.add(touch.manifold, tolerance);
-    });
-  }
+    // If all touches are deeper than the shape is thick, it leaves along the shortest way: once more, for that alone.
+    leaves_deep = !leaves_deep && !any_sure && are_deep && way_out_at > -3e38f;
+  } while (leaves_deep);
 
   contact.count = set.count;
   int second = set.count;  // follows the first manifolds of all patches

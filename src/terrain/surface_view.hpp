@@ -40,9 +40,7 @@ struct SurfaceView {
 
   /// Whether act(number) is true for any triangle whose bounds meet `box` (m, the surface's frame).
   template <class Act>
-  FATHOM_HD bool any_in(const Aabb& box, const Act& act) const {
-    return heights ? any_of_field(box, act) : any_of_mesh(box, act);
-  }
+  FATHOM_HD bool any_in(const Aabb& box, const Act& act) const;
   template <class Act>
   FATHOM_HD void for_each_in(const Aabb& box, const Act& act) const {
     any_in(box, [&](std::uint32_t number) {
@@ -55,30 +53,64 @@ struct SurfaceView {
   FATHOM_HD Vec3 sample(std::uint32_t i, std::uint32_t j) const {
     return {static_cast<float>(i) * cell_x, static_cast<float>(j) * cell_y, heights[std::size_t{j} * columns + i]};
   }
-  FATHOM_HD static Aabb box_of(const Triangle& t) {
-    return {min(t.corners[0], min(t.corners[1], t.corners[2])), max(t.corners[0], max(t.corners[1], t.corners[2]))};
+};
+
+/// Finds the triangles whose bounds meet a box, one after the other: in a loop, what is done with them is compiled once
+/// for both kinds of surfaces.
+class TriangleSearch {
+ public:
+  FATHOM_HD TriangleSearch(const SurfaceView& surface, const Aabb& box) : surface_(surface), box_(box) {
+    if (!surface.heights) return;
+    node_ = overlaps(box, surface.bounds) ? 0 : none;
+    first_i_ = first_cell(box.lower.x, surface.cell_x, surface.columns);
+    last_i_ = last_cell(box.upper.x, surface.cell_x, surface.columns);
+    last_j_ = last_cell(box.upper.y, surface.cell_y, surface.rows);
+    i_ = first_i_, j_ = first_cell(box.lower.y, surface.cell_y, surface.rows);
   }
 
-  template <class Act>
-  FATHOM_HD bool any_of_mesh(const Aabb& box, const Act& act) const {
-    constexpr int deepest = 64;  // each node halves its triangles
-    std::uint32_t waiting[deepest];
-    int count = 0;
-    std::uint32_t node = 0;
+  /// Sets the number of the next triangle; false: there is none.
+  FATHOM_HD bool next(std::uint32_t& number) {
     for (;;) {
-      const BoxTreeNode n = nodes[node];
-      if (overlaps(Aabb{n.lower, n.upper}, box)) {
-        if (n.count == 0) {
-          waiting[count++] = n.next;
-          ++node;
-          continue;
-        }
-        for (std::uint32_t i = n.next; i < n.next + n.count; ++i)
-          if (overlaps(box_of(triangle(i)), box) && act(i)) return true;
+      while (triangle_ < end_) {
+        number = triangle_++;
+        const Triangle t = surface_.triangle(number);
+        const Aabb bounds{min(t.corners[0], min(t.corners[1], t.corners[2])),
+                          max(t.corners[0], max(t.corners[1], t.corners[2]))};
+        if (overlaps(bounds, box_)) return true;
       }
-      if (count == 0) return false;
-      node = waiting[--count];
+      if (!(surface_.heights ? next_cell() : next_leaf())) return false;
     }
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffff;
+  static constexpr int deepest = 64;  // each node halves its triangles
+
+  FATHOM_HD bool next_leaf() {
+    while (node_ != none) {
+      const BoxTreeNode n = surface_.nodes[node_];
+      const bool meets = overlaps(Aabb{n.lower, n.upper}, box_);
+      if (meets && n.count == 0) {
+        waiting_[count_++] = n.next;
+        ++node_;
+        continue;
+      }
+      node_ = count_ > 0 ? waiting_[--count_] : none;
+      if (!meets) continue;
+      triangle_ = n.next, end_ = n.next + n.count;
+      return true;
+    }
+    return false;
+  }
+  FATHOM_HD bool next_cell() {
+    while (node_ != none && j_ <= last_j_) {
+      const std::uint32_t cell = j_ * (surface_.columns - 1) + i_;
+      if (i_++ == last_i_) i_ = first_i_, ++j_;
+      if (surface_.holes && (surface_.holes[cell / 64] >> cell % 64 & 1) != 0) continue;
+      triangle_ = 2 * cell, end_ = triangle_ + 2;
+      return true;
+    }
+    return false;
   }
 
   // One more cell on each side, because the quotient is rounded.
@@ -93,21 +125,22 @@ struct SurfaceView {
   FATHOM_HD static std::uint32_t cell_at(float x, float size, std::uint32_t samples) {
     return static_cast<std::uint32_t>(clamp(x / size, 0.0f, static_cast<float>(samples - 2)));
   }
-  template <class Act>
-  FATHOM_HD bool any_of_field(const Aabb& box, const Act& act) const {
-    if (!overlaps(box, bounds)) return false;
-    const std::uint32_t first_i = first_cell(box.lower.x, cell_x, columns);
-    const std::uint32_t last_i = last_cell(box.upper.x, cell_x, columns);
-    const std::uint32_t last_j = last_cell(box.upper.y, cell_y, rows);
-    for (std::uint32_t j = first_cell(box.lower.y, cell_y, rows); j <= last_j; ++j)
-      for (std::uint32_t i = first_i; i <= last_i; ++i) {
-        const std::uint32_t cell = j * (columns - 1) + i;
-        if (holes && (holes[cell / 64] >> cell % 64 & 1) != 0) continue;
-        for (std::uint32_t number = 2 * cell; number < 2 * cell + 2; ++number)
-          if (overlaps(box_of(triangle(number)), box) && act(number)) return true;
-      }
-    return false;
-  }
+
+  const SurfaceView& surface_;
+  Aabb box_;
+  std::uint32_t triangle_ = 0, end_ = 0;  // those left of a leaf or a cell
+  std::uint32_t node_ = 0;                // `none`: the search is over
+  std::uint32_t waiting_[deepest];        // second children on a mesh
+  int count_ = 0;
+  std::uint32_t i_ = 0, j_ = 0, first_i_ = 0, last_i_ = 0, last_j_ = 0;  // cells of a field
 };
+
+template <class Act>
+FATHOM_HD bool SurfaceView::any_in(const Aabb& box, const Act& act) const {
+  TriangleSearch search(*this, box);
+  for (std::uint32_t number; search.next(number);)
+    if (act(number)) return true;
+  return false;
+}
 
 }  // namespace fathom
