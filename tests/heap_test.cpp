@@ -284,6 +284,11 @@ TEST(SurfaceHeap, LosesNobodyThroughTheGround) {
   for (const std::uint64_t seed : {1, 47, 56, 96}) expect_sound(make_surface_heap(seed), seed, {.threads = 1});
 }
 
+TEST(SurfaceHeap, AreSoundOnTheDevice) {
+  for (const std::uint64_t seed : {2, 5, 8, 11})
+    expect_sound(make_surface_heap(seed), seed, {SimulatorKind::device, "host", 1});
+}
+
 double outside(const Heap& heap, const Setup& setup) {
   const Record record = judge_heap(heap, setup);
   const auto check = std::ranges::find(record.checks, "bodies outside the bin or under the floor", &Check::name);
