@@ -98,6 +98,9 @@ void DeviceSimulator<D>::restore_hulls() {
   for (const BodyId id : bodies.living())
     if (const auto surface = bodies[id.index].shape().surface) surface_memory_.begin_use(surface);
   const std::vector<PieceName> names = name_pieces();
+  // What the bodies need is noted before room is made for them, whatever the bytes say.
+  for (const PieceName& name : names)
+    if (name.slot != none) name.child == none ? body_data(name.slot) : child_data(name.slot, name.child);
   for (const Edit& e : edits_)
     if (e.kind == EditKind::add || e.kind == EditKind::constants) {
       give_links(data_[e.data].constants, names[e.index]);

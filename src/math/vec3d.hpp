@@ -16,7 +16,9 @@ FATHOM_HD Vec3d operator-(Vec3d a) { return {-a.x, -a.y, -a.z}; }
 FATHOM_HD Vec3d operator*(double s, Vec3d a) { return {s * a.x, s * a.y, s * a.z}; }
 FATHOM_HD Vec3d& operator+=(Vec3d& a, Vec3d b) { return a = a + b; }
 FATHOM_HD double dot(Vec3d a, Vec3d b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-FATHOM_HD Vec3d cross(Vec3d a, Vec3d b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+FATHOM_HD Vec3d cross(Vec3d a, Vec3d b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 FATHOM_HD double length(Vec3d a) { return std::sqrt(dot(a, a)); }
 
 FATHOM_HD double to_double(float a) { return static_cast<double>(a); }

@@ -24,7 +24,8 @@ void leave_true_points(Manifold& m, const FoundTriangles& found, float tolerance
 /// If all touches are deeper than the shape is thick, keeps those along the normal with the shortest way out.
 void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
   const Vec3 way_out = std::ranges::max(touches, {}, &SurfaceScratch::Touch::nearest).manifold.normal;
-  std::erase_if(touches, [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_direction; });
+  std::erase_if(touches,
+                [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_direction; });
 }
 
 /// Adds the points of doubtful touches that belong to no other side of the surface.
