@@ -1,6 +1,8 @@
 // Meshes and height fields on the device. A surface touches a body in patches, one for each contact direction
 // (terrain/surface_patch.hpp), and a pair with a surface has a contact for each: they are made with the pair, linked
 // from it, and solved like any other contact. The pair's own contact never touches.
+//
+// A pair is collided by a team, in which every work-item has a triangle of its own (math/team.hpp).
 #pragma once
 
 #include "check/check.hpp"
@@ -17,6 +19,7 @@ static_assert(patches_per_pair == max_surface_manifolds);
 /// for its manifolds is left unchanged and deferred.
 struct CollideSurfaces {
   static constexpr std::uint32_t group_size = 64;
+  static constexpr bool runs_in_teams = true;
 
   ContactChanges changes;
   PatchSet* sets;         ///< one for each worker
@@ -58,6 +61,7 @@ struct CollideSurfaces {
     });
     FATHOM_ASSERT(count == static_cast<int>(patches_per_pair), pair.b);
     if (patches.push_count > 0 && is_recycled(pair, pieces)) {
+      if (!team::is_leader()) return;
       exec::atomic_add(changes.counters->recycled, 1u);
       for (std::uint32_t p = 0; p < patches_per_pair; ++p)
         if (patches.touches[p]) colour_if_needed(patches.contact[p]);
@@ -67,7 +71,8 @@ struct CollideSurfaces {
     Pose b_in_a;
     float time = -1;
     find(pair, pieces, patches, set, found, b_in_a, time);
-    if (put_all(index, patches, found, b_in_a, time)) watch(index, pair);
+    if (team::is_leader() && put_all(index, patches, found, b_in_a, time)) watch(index, pair);
+    team::sync();
   }
 
   /// Whether the pair has moved little since its patches were made.
@@ -121,6 +126,7 @@ struct CollideSurfaces {
     found.count = 0;
     if (!ahead.is_clear)
       collide_surface(surface, shape, ahead.b_in_a, margin, patches.pushes, patches.push_count, set, found, centre);
+    if (!team::is_leader()) return;
     leave_those_that_count(pieces, ahead.b_in_a.position, found);
     b_in_a = of_b.is_child() ? ahead.b_in_a * relative(bodies.child_poses[b], {}) : ahead.b_in_a;
     time = ahead.time;
@@ -145,11 +151,14 @@ struct CollideSurfaces {
     result.is_clear = true;
     const SurfaceSweep sweep = sweep_over(a, b, b_in_a, dt);
     float earliest = 3e38f;
-    surface.for_each_in(box_of_sweep(b, b_in_a, sweep, margin, rest, half), [&](std::uint32_t number) {
-      result.is_clear = false;
+    const auto meet = [&](std::uint32_t number) {
       const SurfaceTriangle t(surface.triangle(number), b_in_a.position);
       earliest = min(earliest, deep_impact(t, a, b, b_in_a, half, dt));
-    });
+    };
+    for_each_by_team(surface, box_of_sweep(b, b_in_a, sweep, margin, rest, half), meet,
+                     [&](std::uint32_t count) { result.is_clear &= count == 0; });
+    for (int bits = 1; bits < static_cast<int>(team::items); bits *= 2)
+      earliest = min(earliest, team::from_item_xor(earliest, bits));
     if (earliest < 3e38f) set_ahead(result, a, b, earliest);
     return result;
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "collision/box_hull.hpp"
+#include "math/team.hpp"
 #include "terrain/surface_patch.hpp"
 #include "terrain/surface_view.hpp"
 
@@ -84,8 +85,17 @@ struct TrianglesAround {
   }
 };
 
+/// A touch with one triangle, before it joins a patch.
+struct SurfaceTouch {
+  Manifold manifold;  ///< points that count
+  Vec3 normal;
+  float nearest;  ///< m, of all its points
+  bool touches, is_doubtful, is_deep;
+};
+
 /// The patches of one shape; large, so kept in memory of the caller's.
 struct PatchSet {
+  SurfaceTouch touches[team::size];  ///< with one triangle for each work-item of a team
   SurfacePatch patches[max_surface_manifolds];
   float nearest[max_surface_manifolds];  ///< m, least separation of each
   int count;
@@ -136,9 +146,30 @@ FATHOM_HD void leave_true_points(Manifold& m, const auto& around, float toleranc
   m.count = left;
 }
 
-/// Manifolds in the surface's frame, deepest first, where the shape `b` is nearer than `margin` (m). Normals point from
-/// the surface to the shape. `pushes`: the last step's manifolds. `centre`: from the shape's centre to its body's
-/// centre of mass (m, the surface's axes); the load is assumed there until a push locates it.
+/// The touch with a triangle. `in_full`: with points that are nearer to another side of the surface, too.
+FATHOM_HD SurfaceTouch touch_of(std::uint32_t number, const TrianglesAround& around, const ShapeInOwnAxes& shape,
+                                float margin, const Vec3* pushed, int push_count, const Tolerance& tolerance,
+                                bool in_full) {
+  SurfaceTouch touch;
+  touch.touches = false;
+  const SurfaceTriangle t = around.triangle(number);
+  const AxesOfTriangles<OneLane> axes = axes_of(t, shape, margin, pushed, push_count);
+  if (!axes.near) return touch;
+  const TriangleContact contact = collide_triangle(t, axes, shape, margin, around);
+  touch.touches = contact.manifold.count > 0;
+  if (!touch.touches) return touch;
+  touch.manifold = contact.manifold;
+  touch.normal = contact.manifold.normal;
+  touch.nearest = nearest_separation(contact.manifold);
+  touch.is_doubtful = contact.is_doubtful, touch.is_deep = contact.is_deep;
+  if (contact.is_doubtful && !in_full) leave_true_points(touch.manifold, around, tolerance.side);
+  return touch;
+}
+
+/// Manifolds in the surface's frame, deepest first, where the shape `b` is nearer than `margin` (m). Called by a whole
+/// team (math/team.hpp), whose leader alone gets them. Normals point from the surface to the shape. `pushes`: the last
+/// step's manifolds. `centre`: from the shape's centre to its body's centre of mass (m, the surface's axes); the load
+/// is assumed there until a push locates it.
 FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, const Pose& b_in_a, float margin,
                                const SurfacePush* pushes, int push_count, PatchSet& set, SurfaceContact& contact,
                                Vec3 centre) {
@@ -159,29 +190,36 @@ FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, co
   Vec3 way_out;
   do {
     set.count = 0;
-    surface.for_each_in(box, [&](std::uint32_t number) {
-      const SurfaceTriangle t = around.triangle(number);
-      const AxesOfTriangles<OneLane> axes = axes_of(t, shape, margin, pushed, push_count);
-      if (!axes.near) return;
-      TriangleContact touch = collide_triangle(t, axes, shape, margin, around);
-      Manifold& m = touch.manifold;
-      if (m.count == 0) return;
-      if (leaves_deep) {
-        if (dot(m.normal, way_out) < same_direction) return;
-      } else if (touch.is_doubtful) {
-        are_deep &= touch.is_deep;
-        if (const float near = nearest_separation(m); near > way_out_at) way_out_at = near, way_out = m.normal;
-        leave_true_points(m, around, tolerance.side);
-        if (m.count == 0) return;
-      } else {
-        any_sure = true;
-      }
-      set.add(m, tolerance);
-    });
+    for_each_by_team(
+        surface, box,
+        [&](std::uint32_t number) {
+          // Each work-item collides a triangle of its own; then all touches join their patches in the order of
+          // triangles.
+          const bool is_last_pass = leaves_deep;
+          set.touches[team::item()] =
+              touch_of(number, around, shape, margin, pushed, push_count, tolerance, is_last_pass);
+        },
+        [&](std::uint32_t count) {
+          for (std::uint32_t k = 0; k < count; ++k) {
+            const SurfaceTouch& touch = set.touches[k];
+            if (!touch.touches) continue;
+            if (leaves_deep) {
+              if (dot(touch.normal, way_out) < same_direction) continue;
+            } else if (touch.is_doubtful) {
+              are_deep &= touch.is_deep;
+              if (touch.nearest > way_out_at) way_out_at = touch.nearest, way_out = touch.normal;
+            } else {
+              any_sure = true;
+            }
+            if (touch.manifold.count > 0 && team::is_leader()) set.add(touch.manifold, tolerance);
+          }
+        });
     // If all touches are deeper than the shape is thick, it leaves along the shortest way: once more, for that alone.
     leaves_deep = !leaves_deep && !any_sure && are_deep && way_out_at > -3e38f;
   } while (leaves_deep);
+  team::sync();
 
+  if (!team::is_leader()) return;
   contact.count = set.count;
   int second = set.count;  // follows the first manifolds of all patches
   unsigned taken = 0;

@@ -4,6 +4,7 @@
 #include <fathom/mesh.hpp>
 
 #include "geometry/support.hpp"
+#include "math/team.hpp"
 
 namespace fathom {
 
@@ -134,6 +135,22 @@ class TriangleSearch {
   int count_ = 0;
   std::uint32_t i_ = 0, j_ = 0, first_i_ = 0, last_i_ = 0, last_j_ = 0;  // cells of a field
 };
+
+/// Calls act(number) for the triangles whose bounds meet the box, each by one work-item of a team, and done(count)
+/// after each round of `count` of them, by all: work-item k has had the k-th of the round.
+template <class Act, class Done>
+FATHOM_HD void for_each_by_team(const SurfaceView& surface, const Aabb& box, const Act& act, const Done& done) {
+  TriangleSearch search(surface, box);
+  for (bool any_left = true; any_left;) {
+    std::uint32_t count = 0, mine = 0;
+    for (std::uint32_t number; count < team::items && (any_left = search.next(number)); ++count)
+      if (count == team::item()) mine = number;
+    if (team::item() < count) act(mine);
+    team::sync();
+    done(count);
+    team::sync();
+  }
+}
 
 template <class Act>
 FATHOM_HD bool SurfaceView::any_in(const Aabb& box, const Act& act) const {
