@@ -85,9 +85,9 @@ struct alignas(16) Contact {
 };
 static_assert(sizeof(Contact) == 32);
 
-/// Pairs of shapes that are collided separately: neighbouring work-items then do the same work. A surface makes pairs
-/// of its own with anything.
-enum ShapePair : std::uint32_t { boxes, hulls, others, surfaces };  ///< two boxes; a hull and any shape; all others
+/// Pairs of shapes that are collided separately, so that neighbouring work-items do the same work: two boxes; a hull and
+/// any convex shape; all other convex shapes; a surface and anything.
+enum ShapePair : std::uint32_t { boxes, hulls, others, surfaces };
 inline constexpr std::uint32_t shape_pairs = 4;
 
 FATHOM_HD ShapePair shape_pair(ShapeType a, ShapeType b) {
@@ -249,7 +249,7 @@ struct FastPair {
 
 /// A contact with a static body. Those of one dynamic body are chained (seams.hpp).
 struct alignas(8) FixedContact {
-  std::uint32_t a;     ///< the static body
+  std::uint32_t a;     ///< the static body's piece
   std::uint32_t next;  ///< the next contact, or `none`
 };
 

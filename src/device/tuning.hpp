@@ -39,7 +39,7 @@ inline constexpr std::uint32_t prefetched_pairs = 1024;
 inline constexpr std::size_t first_bodies = 256;
 inline constexpr std::size_t first_contacts = 1024;
 
-/// Work-items that collide pairs with surfaces, each with 11 kB for the patches of one pair at a time: enough for a
+/// Work-items that collide pairs with surfaces, each with 12 kB for the patches of one pair at a time: enough for a
 /// GPU, and for the threads of a host. Results do not depend on them.
 inline constexpr std::uint32_t surface_workers_of_gpu = 4096, surface_workers_of_host = 64;
 
