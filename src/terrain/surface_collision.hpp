@@ -135,17 +135,6 @@ struct PatchSet {
   }
 };
 
-/// Keeps the points of a doubtful touch that are not nearer to another side of the surface (surface_contact.cpp).
-FATHOM_HD void leave_true_points(Manifold& m, const auto& around, float tolerance) {
-  int left = 0;
-  for (int i = 0; i < m.count; ++i) {
-    const ManifoldPoint& point = m.points[i];
-    const Vec3 of_shape = mul_add(point.position, 0.5f * point.separation, m.normal);
-    if (!around.is_nearer_outside(of_shape, -point.separation, tolerance)) m.points[left++] = point;
-  }
-  m.count = left;
-}
-
 /// The touch with a triangle. `in_full`: with points that are nearer to another side of the surface, too.
 FATHOM_HD SurfaceTouch touch_of(std::uint32_t number, const TrianglesAround& around, const ShapeInOwnAxes& shape,
                                 float margin, const Vec3* pushed, int push_count, const Tolerance& tolerance,

@@ -8,19 +8,6 @@
 namespace fathom {
 namespace {
 
-/// Keeps the points of a doubtful touch that are not nearer to another side of the surface. A box on a plateau reaches
-/// far behind the cliff beside it, but does not penetrate the cliff. A rod whose end has run into a slope does
-/// penetrate it.
-void leave_true_points(Manifold& m, const FoundTriangles& found, float tolerance) {
-  int left = 0;
-  for (int i = 0; i < m.count; ++i) {
-    const ManifoldPoint& point = m.points[i];
-    const Vec3 of_shape = mul_add(point.position, 0.5f * point.separation, m.normal);
-    if (!found.is_nearer_outside(of_shape, -point.separation, tolerance)) m.points[left++] = point;
-  }
-  m.count = left;
-}
-
 /// If all touches are deeper than the shape is thick, keeps those along the normal with the shortest way out.
 void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
   const Vec3 way_out = std::ranges::max(touches, {}, &SurfaceScratch::Touch::nearest).manifold.normal;
