@@ -85,8 +85,8 @@ struct alignas(16) Contact {
 };
 static_assert(sizeof(Contact) == 32);
 
-/// Pairs of shapes that are collided separately, so that neighbouring work-items do the same work: two boxes; a hull and
-/// any convex shape; all other convex shapes; a surface and anything.
+/// Pairs of shapes that are collided separately, so that neighbouring work-items do the same work: two boxes; a hull
+/// and any convex shape; all other convex shapes; a surface and anything.
 enum ShapePair : std::uint32_t { boxes, hulls, others, surfaces };
 inline constexpr std::uint32_t shape_pairs = 4;
 
