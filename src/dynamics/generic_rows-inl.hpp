@@ -23,18 +23,24 @@ struct GenericAxis {
 };
 inline constexpr int axis_field_count = 12;
 
-/// State of one joint that outlasts a sweep. Frames, arms and gap are those at the start of the step.
+/// Where one joint was at the start of the step, and what its axes allow.
 template <class L>
-struct GenericJointRow {
+struct GenericJointPlace {
   UnitQuat<L> frame_a, frame_b;  ///< the joint's frames in the world
   VecOf<L> arm_a, arm_b;         ///< m, from the centres of mass, world axes
   VecOf<L> gap;                  ///< m, from A's anchor to B's
   VecOf<L> pull;                 ///< m/s², see BallJointRow
-  L bias_rate, mass_scale, impulse_scale;
-  L rigid;     ///< 1, or 0 where locked axes are springs
-  L distance;  ///< 1 for a distance joint
-  L cone;      ///< 1 where a cone limits the swing instead of two axes
+  L distance;                    ///< 1 for a distance joint
+  L cone;                        ///< 1 where a cone limits the swing instead of two axes
+  L min_hit;                     ///< m/s or rad/s, above which limits throw back
   GenericAxis<L> axes[axis_count];
+};
+
+/// State of one joint that outlasts a sweep.
+template <class L>
+struct GenericJointRow : GenericJointPlace<L> {
+  L bias_rate, mass_scale, impulse_scale;
+  L rigid;  ///< 1, or 0 where locked axes are springs
 
   L hold[axis_count];           ///< N·s or N·m·s on B over the substep, of locked axes and limits
   L drive[axis_count];          ///< the same, of drives
@@ -47,7 +53,6 @@ struct GenericJointRow {
   VecOf<L> pulled, pulled_a, pulled_b;
 
   // For joints that react to speeds.
-  L min_hit;             ///< m/s or rad/s, above which limits throw back
   L bounce[axis_count];  ///< m/s or rad/s at which the substep leaves a limit that was hit
   L rate[axis_count];    ///< after the last sweep
 };
@@ -88,10 +93,10 @@ struct GenericJointRows {
   L drift[axis_count];  ///< m/s or rad/s by which a substep changes it beyond its rate
 
   /// Sets positions only: `along`, `value`, `reach`, `arm`, `torque_axis`.
-  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of)
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointPlace<L>& row, Bodies& of)
       : GenericJointRows(row, of, rotation_by<L>(of.a.turned), rotation_by<L>(of.b.turned)) {}
   /// The same for bodies that have turned by these rotations since the step began.
-  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, const UnitQuat<L>& turned_a,
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointPlace<L>& row, Bodies& of, const UnitQuat<L>& turned_a,
                                         const UnitQuat<L>& turned_b)
       : bodies(of), frame_a(turned_a, of.a), frame_b(turned_b, of.b) {
     arm_a_ = turned_by(turned_a, row.arm_a), arm_ = turned_by(turned_b, row.arm_b);
@@ -249,13 +254,13 @@ struct GenericJointRows {
     spin_of_b[i] = frame_b.spun_by(bodies.inverse_of_b(), impulse, turn_of_b[i]);
     if constexpr (!only_pushes_b) spin_of_a[i] = frame_a.spun_by(bodies.inverse_of_a(), impulse, turn_of_a[i]);
   }
-  FATHOM_LANE_FUNCTION void set_positions(const GenericJointRow<L>& row, const UnitQuat<L>& frame,
+  FATHOM_LANE_FUNCTION void set_positions(const GenericJointPlace<L>& row, const UnitQuat<L>& frame,
                                           const UnitQuat<L>& turned_b, VecOf<L> gap) {
     set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about_);
     set_translations(row, frame, gap);
   }
   /// The first row of a distance joint is the distance; its others do not act.
-  FATHOM_LANE_FUNCTION void set_translations(const GenericJointRow<L>& row, const UnitQuat<L>& frame, VecOf<L> gap) {
+  FATHOM_LANE_FUNCTION void set_translations(const GenericJointPlace<L>& row, const UnitQuat<L>& frame, VecOf<L> gap) {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
     const VecOf<L> units[] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
     const L length = root(dot(gap, gap)), inverse = inverse_or_zero(length);
@@ -278,7 +283,7 @@ struct GenericJointRows {
   }
   /// The part of a gap that the translations allow. The remainder is an error: if it counted as a lever of A, a joint
   /// that has been torn apart would turn A ever faster instead of closing.
-  FATHOM_LANE_FUNCTION VecOf<L> slide_of(const GenericJointRow<L>& row, VecOf<L> gap) const {
+  FATHOM_LANE_FUNCTION VecOf<L> slide_of(const GenericJointPlace<L>& row, VecOf<L> gap) const {
     for (int i = 0; i < translations; ++i) {
       const GenericAxis<L>& a = row.axes[i];
       const L beyond = value[i] - smaller(larger(value[i], a.lower), a.upper);
@@ -286,7 +291,7 @@ struct GenericJointRows {
     }
     return gap;
   }
-  FATHOM_LANE_FUNCTION void set_angles(const GenericJointRow<L>& row, const UnitQuat<L>& frame, const UnitQuat<L>& q,
+  FATHOM_LANE_FUNCTION void set_angles(const GenericJointPlace<L>& row, const UnitQuat<L>& frame, const UnitQuat<L>& q,
                                        VecOf<L> (&about)[translations]) {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
     // B's axis x in A's frame.

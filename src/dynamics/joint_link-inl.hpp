@@ -42,7 +42,13 @@ struct LinkLimits {
   Real bounce[axis_count];                         ///< m/s or rad/s at which the axis bounces off a limit
 };
 
-/// The joint to a link's parent. `JointLink` begins a step with one and stores its impulses.
+/// What outlasts the step: impulses on B, in the order of the axes.
+struct LinkImpulse {
+  Real hold[axis_count], drive[axis_count];  ///< N·s and N·m·s of the last substep, see GenericImpulse
+  Vec3 force, torque;                        ///< N·s and N·m·s of the whole step, world axes
+};
+
+/// The joint to a link's parent. `JointLink` begins a step with one.
 class LinkJoint {
  public:
   /// Impulse on the body at the joint in this substep: N·s and N·m·s.
@@ -62,7 +68,10 @@ class LinkJoint {
   /// Updates the joint's position; to be called after bodies have moved.
   FATHOM_LANE_FUNCTION void look(const LinkPair& pair);
   /// `relaxes`: after positions have moved; drives do not act.
-  FATHOM_LANE_FUNCTION void begin_solution(bool relaxes) { relaxes_ = relaxes ? all_set : Flag{}; }
+  FATHOM_LANE_FUNCTION void begin_solution(bool relaxes) {
+    relaxes_ = relaxes ? all_set : Flag{};
+    released_ = relented_ = AxisNumber{};
+  }
   FATHOM_LANE_FUNCTION bool asks_for_masses() const;
   /// Chooses coordinates by the held axes, and sets the drives' impulses. Returns whether the elimination has to be
   /// repeated.
@@ -86,7 +95,8 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION TreeChange follow(const TreeChange& parent, bool is_aimed, Mask counts);
 
   /// Activates or releases limits and largest forces according to the rounds' result, where `asks`. True where
-  /// something changes.
+  /// something changes. An axis' limit lets go once per solution, and so does a largest force: two axes whose changes
+  /// undo each other's would go on without end, and so would a limit whose rounds do not end where the first one does.
   FATHOM_LANE_FUNCTION Mask revise(const LinkPair& pair, Real h, Mask asks);
   /// Whether held axes will be within `share` (of the arms, or rad) of the rounds' aim.
   FATHOM_LANE_FUNCTION Mask meets(const LinkPair& pair, Real share, Real h);
@@ -96,6 +106,9 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION Vec3 torque_more() const { return torque_more_; }
   /// Adopts the rounds' impulses; `ends`: the substep is over.
   FATHOM_LANE_FUNCTION void apply(const LinkPair& pair, bool ends);
+  FATHOM_LANE_FUNCTION LinkImpulse impulse() const;
+  /// The first bytes, which `JointLink::begin` sets. The rest is zero.
+  static constexpr std::size_t begun_bytes() { return offsetof(LinkJoint, relaxes_); }
 
  protected:
   FATHOM_LANE_FUNCTION static AxisNumber no_axis() { return AxisNumber{} - 1; }
@@ -140,12 +153,12 @@ class LinkJoint {
   }
   /// Armature's impulse (N·s or N·m·s) where the axis gets the rate `to`.
   FATHOM_LANE_FUNCTION Real of_armature(int i, Real to) const { return axis(i).armature * (rate_[i] - to); }
-  /// N·s or N·m·s on B, of the substep so far and the rounds; `has`: the axis has a coordinate.
+  /// N·s or N·m·s on B, of these in world axes; `has`: the axis has a coordinate.
   struct OfAxis {
     Mask has;
     Real impulse;
   };
-  FATHOM_LANE_FUNCTION OfAxis impulse_of(int i) const;
+  FATHOM_LANE_FUNCTION OfAxis part_of(int i, const Vec3& force, const Vec3& torque) const;
   FATHOM_LANE_FUNCTION void note_hit(int i, Mask hits);
   /// The value that a held axis is to have at the substep's end: its bound, or as near as `most` (m/s or rad/s) allows
   /// within the substep. A limit lets the joint approach at any speed; one that the joint has left may still count as
@@ -160,26 +173,34 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION void add_rotation(int i, Mask belongs, bool is_free, AxisNumber& count);
   FATHOM_LANE_FUNCTION void set_drives(const LinkPair& pair);
   FATHOM_LANE_FUNCTION void set_errors(const JointVector& of_axes);
+  FATHOM_LANE_FUNCTION static Mask has_bit(AxisNumber bits, int i) { return inverted((bits & (1 << i)) == 0); }
+  FATHOM_LANE_FUNCTION static void set_bit(AxisNumber& bits, int i, Mask where) {
+    bits = select(where, bits | (1 << i), bits);
+  }
   /// `ahead`: where the substep leaves the axis, according to the rounds.
   FATHOM_LANE_FUNCTION Mask revise_limit(int i, Mask asks, Real ahead, Real given, Real after);
   FATHOM_LANE_FUNCTION Mask revise_drive(int i, Mask asks, Real given, Real after);
 
-  // Only words as long as a Real: lanes are separated word by word.
-  Flag is_b_{}, reacts_{}, moves_{}, relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};  // same in all
-  GenericJointRow<Real> row_{};
+  // Only words as long as a Real: lanes are separated word by word. First what `begin` sets, which is all that lanes
+  // begin a step with.
+  Flag is_b_{}, reacts_{}, moves_{};  // same in all lanes
+  GenericJointPlace<Real> row_{};
   Vec3 along_[3], about_[3];  // of the axes, current
-  JointVector value_{}, ahead_{}, aim_{},
-      mass_{};  // aim_: of locked or limited axes, the position that holding them leads to
   Vec3 reach_a_, arm_b_;
+  JointVector value_{}, rate_{};  // rate_: m/s or rad/s, after the last solution
+  LinkLimits limits_{};
+  Vec3 force_, torque_;
+  // A solution sets the rest.
+  Flag relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};  // same in all lanes
+  JointVector ahead_{}, aim_{}, mass_{};  // aim_: of locked or limited axes, the position that holding them leads to
   JointFreedom freedom_;
   AxisNumber axis_of_[joint_coordinates] = {};  // of a coordinate, or no_axis; for translations the same in all lanes
   JointVector scale_{};                         // the axis' rate per unit rate of the coordinate
   JointVector drive_{}, error_{};
   EliminatedLink link_{};
   JointLoad load_{};
-  JointVector rate_{};  // m/s or rad/s, after the last solution
-  LinkLimits limits_{};
-  Vec3 force_, torque_, force_more_, torque_more_, force_sum_, torque_sum_;
+  AxisNumber released_{}, relented_{};  // a bit per axis: its limit, its largest force has let go in this solution
+  Vec3 force_more_, torque_more_, force_sum_, torque_sum_;
 };
 
 FATHOM_LANE_FUNCTION void LinkJoint::let_go() { force_ = torque_ = {}; }
@@ -460,10 +481,9 @@ FATHOM_LANE_FUNCTION TreeChange LinkJoint::follow(const TreeChange& parent, bool
 
 // --- what rounds have found ------------------------------------------------------------------------------------
 
-FATHOM_LANE_FUNCTION LinkJoint::OfAxis LinkJoint::impulse_of(int i) const {
-  if (i < translations) return {axis_of_[i] == i, sign() * dot(freedom_.along[i], force_ + force_more_) / scale_[i]};
+FATHOM_LANE_FUNCTION LinkJoint::OfAxis LinkJoint::part_of(int i, const Vec3& force, const Vec3& torque) const {
+  if (i < translations) return {axis_of_[i] == i, sign() * dot(freedom_.along[i], force) / scale_[i]};
   OfAxis found{is_set(Flag{}), Real{}};
-  const Vec3 torque = torque_ + torque_more_;
   for (int k = 0; k < translations; ++k) {
     const Mask is_here = axis_of_[translations + k] == i;
     if (!anywhere(is_here)) continue;
@@ -477,7 +497,9 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::revise_limit(int i, Mask asks, Real ahead, 
   const GenericAxis<Real>& a = axis(i);
   const Mask was_at_limit = is_at_limit(i), was_at_upper = is_at_upper(i);
   // An axis that returns from beyond its limit by itself, as fast as the limit would move it, is left alone.
-  const Mask is_within = both(ahead >= min(a.lower, aim_[i]), ahead <= max(a.upper, aim_[i]));
+  const Mask was_released = has_bit(released_, i);
+  const Real slack = select(was_released, i < translations ? limit_slack * reach() : splat<Real>(limit_slack), Real{});
+  const Mask is_within = both(ahead >= min(a.lower, aim_[i]) - slack, ahead <= max(a.upper, aim_[i]) + slack);
   const Mask hits = both(asks, inverted(either(was_at_limit, is_within)));
   Real drive{};
   if (is_driven(i)) {
@@ -487,7 +509,8 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::revise_limit(int i, Mask asks, Real ahead, 
   }
   const Real held = given - drive - of_armature(i, after);
   const Flag stays = select(was_at_upper, flag(held <= 0.0f), flag(held >= 0.0f));
-  const Mask leaves = both(asks, both(was_at_limit, inverted(is_set(stays))));
+  const Mask leaves = both(both(asks, inverted(was_released)), both(was_at_limit, inverted(is_set(stays))));
+  set_bit(released_, i, leaves);
   limits_.at_limit[i] = flag(both(either(was_at_limit, hits), inverted(leaves)));
   limits_.at_upper[i] = select(hits, flag(ahead > a.upper), limits_.at_upper[i]);
   limits_.at_most[i] = flag(both(is_at_most(i), inverted(hits)));
@@ -513,7 +536,9 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::revise_drive(int i, Mask asks, Real given, 
   const Mask was_at_most = is_at_most(i);
   const Mask exceeds = both(asks, inverted(either(was_at_most, abs(given) <= (1 + drive_slack) * most)));
   const Real short_by = select(is_at_minus(i), after - drive_aim(i), drive_aim(i) - after);
-  const Mask suffices = both(both(asks, was_at_most), inverted(short_by >= (1 - drive_slack) * most * compliance(i)));
+  const Mask may_relent = both(both(asks, was_at_most), inverted(has_bit(relented_, i)));
+  const Mask suffices = both(may_relent, inverted(short_by >= (1 - drive_slack) * most * compliance(i)));
+  set_bit(relented_, i, suffices);
   limits_.at_minus[i] = select(exceeds, flag(given < 0.0f), limits_.at_minus[i]);
   limits_.at_most[i] = flag(both(either(was_at_most, exceeds), inverted(suffices)));
   return either(exceeds, suffices);
@@ -526,7 +551,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::revise(const LinkPair& pair, Real h, Mask a
   if (looks_ahead) look_ahead(pair, h);
   for (int i = 0; i < axis_count; ++i) {
     if (!is_limited(i) && !is_driven(i)) continue;
-    const OfAxis now = impulse_of(i);
+    const OfAxis now = part_of(i, force_ + force_more_, torque_ + torque_more_);
     const Real after = rate(i, pair);
     Mask changes_limit = is_set(Flag{});
     if (is_limited(i)) {
@@ -563,4 +588,18 @@ FATHOM_LANE_FUNCTION void LinkJoint::apply(const LinkPair& pair, bool ends) {
   if (!ends) return;
   force_sum_ += force_, torque_sum_ += torque_;
   for (Real& bounce : limits_.bounce) bounce = Real{};
+}
+
+FATHOM_LANE_FUNCTION LinkImpulse LinkJoint::impulse() const {
+  LinkImpulse impulse{};
+  for (int i = 0; i < axis_count; ++i) {
+    const OfAxis of_axis = part_of(i, force_, torque_);
+    const Real total = select(of_axis.has, of_axis.impulse, Real{});
+    const Mask drives = may_drive(i) ? inverted(is_at_limit(i)) : is_set(Flag{});
+    const Mask holds = is_locked(i) ? is_set(all_set) : is_at_limit(i);
+    impulse.drive[i] = select(drives, total, Real{});
+    impulse.hold[i] = select(both(inverted(drives), holds), total, Real{});
+  }
+  impulse.force = sign() * force_sum_, impulse.torque = sign() * torque_sum_;
+  return impulse;
 }

@@ -1,6 +1,7 @@
 // Generic and distance joints as links of one mechanism (dynamics/joint_link-inl.hpp). Pure, for host and device.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "dynamics/generic_joint.hpp"
@@ -52,7 +53,9 @@ FATHOM_HD void JointLink::begin(const GenericJoint& joint, bool is_b, const Gene
 
 FATHOM_HD void JointLink::look_at_masses(const JointBodies<SymMat3>& both, float h) {
   JointBodies<SymMat3> bodies = both;
-  const GenericJointRows<float, JointBodies<SymMat3>> rows(row_, bodies, h);
+  GenericJointRow<float> row{};
+  static_cast<GenericJointPlace<float>&>(row) = row_;
+  const GenericJointRows<float, JointBodies<SymMat3>> rows(row, bodies, h);
   GenericSystem<float> system{};
   for (int i = 0; i < axis_count; ++i)
     for (int j = 0; j < axis_count; ++j) system.response[i][j] = rows.response(i, j);
@@ -61,17 +64,10 @@ FATHOM_HD void JointLink::look_at_masses(const JointBodies<SymMat3>& both, float
 }
 
 FATHOM_HD GenericImpulse JointLink::impulse() const {
+  const LinkImpulse of_link = LinkJoint::impulse();
   GenericImpulse impulse;
-  for (int k = 0; k < joint_coordinates; ++k) {
-    const int i = axis_of_[k];
-    if (i == no_axis()) continue;
-    const float total =
-        sign() * (k < translations ? dot(freedom_.along[k], force_) : dot(freedom_.about[k - translations], torque_)) /
-        scale_[k];
-    (may_drive(i) && !is_at_limit(i) ? impulse.drive[i] : impulse.hold[i]) =
-        may_drive(i) || is_locked(i) || is_at_limit(i) ? total : 0;
-  }
-  impulse.force = sign() * force_sum_, impulse.torque = sign() * torque_sum_;
+  for (int i = 0; i < axis_count; ++i) impulse.hold[i] = of_link.hold[i], impulse.drive[i] = of_link.drive[i];
+  impulse.force = of_link.force, impulse.torque = of_link.torque;
   return impulse;
 }
 

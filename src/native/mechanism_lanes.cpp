@@ -36,6 +36,11 @@ struct PlacedBodies {
 
 using JointLink = LinkJoint;
 
+/// Like JointImpulse.
+struct BallImpulse {
+  Vec3 last, total;
+};
+
 // Its dependencies are included above.
 #include "dynamics/link_state-inl.hpp"
 // Its dependencies are included above.
@@ -60,16 +65,18 @@ struct LanesOf {
   static_assert(alignof(One) == 4 && sizeof(Many) == 8 * sizeof(One), "words alone, as long as a Real");
   static constexpr std::size_t words = sizeof(One) / 4;
 
-  static void gather(const std::array<const One*, 8>& from, Many& to) {
+  /// Copies the first words; the rest is zero.
+  static void gather(const std::array<const One*, 8>& from, Many& to, std::size_t count) {
     std::size_t w = 0;
-    for (; w + 8 <= words; w += 8) {
+    for (; w + 8 <= count; w += 8) {
       Eight block[8];
       for (std::size_t lane = 0; lane < 8; ++lane) std::memcpy(&block[lane], word(*from[lane], w), sizeof(Eight));
       transpose(block);
       std::memcpy(word(to, 8 * w), block, sizeof(block));
     }
-    for (; w < words; ++w)
+    for (; w < count; ++w)
       for (std::size_t lane = 0; lane < 8; ++lane) std::memcpy(word(to, 8 * w + lane), word(*from[lane], w), 4);
+    std::memset(word(to, 8 * count), 0, 32 * (words - count));
   }
   static void scatter(const Many& from, const std::array<One*, 8>& to, std::size_t count) {
     std::size_t w = 0;
@@ -102,6 +109,8 @@ struct LanesOf {
 };
 using States = LanesOf<wide::LinkState, LinkState>;
 using Joints = LanesOf<wide::JointLink, JointLink>;
+using Impulses = LanesOf<wide::LinkImpulse, GenericImpulse>;
+using BallImpulses = LanesOf<wide::BallImpulse, JointImpulse>;
 
 /// A batch's memory.
 struct BatchMemory {
@@ -257,22 +266,31 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     return went;
   }
   /// Like MechanismSolver's, with look-ahead. Of the lanes `done_here`, returns those in which the substep can follow
-  /// all swings. Lanes that need no other limits wait for those that do: solving them again gives the same result.
+  /// all swings. Lanes wait for those that need other limits: solving them again gives the same result. All lanes have
+  /// their first round with the limits they need before any takes further ones, so that none is repeated for others.
   Mask solve_with_limits(Mask done_here) const {
-    Mask waits = Mask{};
-    for (int revision = 0;; ++revision) {
+    Mask agrees = Mask{}, is_done = Mask{};  // the first round needs no other limits; nor do the further ones
+    Real revisions{};
+    const auto begin_again = [&](Mask changes) {
+      revisions += select(changes, eight(1.0f), Real{});
+      take_back();
+    };
+    for (;;) {
       eliminate_all();
       done_here = done_here & all([&](std::uint32_t i) { return can_follow(i, h); });
       each([&](std::uint32_t i) { load_carried(i); });
       take_first_round();
-      const bool may_revise = revision < max_revisions;
-      const Mask asks = done_here & ~waits;
-      Mask changes = may_revise ? revise_all(asks) : Mask{};
-      const Mask went = take_more_rounds(done_here & ~changes);
-      if (may_revise) changes = changes | revise_all(asks & went);
+      const Mask may_revise = done_here & (revisions < eight(static_cast<float>(max_revisions)));
+      if (const Mask changes = revise_all(may_revise & ~agrees); wide::anywhere(changes)) {
+        agrees = ~changes;
+        begin_again(changes);
+        continue;
+      }
+      const Mask went = take_more_rounds(done_here);
+      const Mask changes = revise_all(may_revise & went & ~is_done);
       if (!wide::anywhere(changes)) return done_here;
-      waits = ~changes;
-      take_back();
+      agrees = is_done = ~changes;
+      begin_again(changes);
     }
   }
 };
@@ -313,7 +331,7 @@ void MechanismLanes::begin_step() const {
       from[lane] = &world_.states[link];
       work.memory.slots[i][lane] = static_cast<std::int32_t>(world_.links[link].body);
     }
-    States::gather(from, work.memory.states[i]);
+    States::gather(from, work.memory.states[i], LinkState::begun_bytes() / 4);
     [[maybe_unused]] const LaneBits isotropic = bits(work.memory.states[i].is_isotropic);
     FATHOM_ASSERT(isotropic == 0 || isotropic == 0xff);  // must be the same in all lanes
   }
@@ -322,24 +340,28 @@ void MechanismLanes::begin_step() const {
   for (std::uint32_t i = 0; i < work.generic; ++i) {
     std::array<const JointLink*, 8> from;
     for (std::uint32_t lane = 0; lane < 8; ++lane) from[lane] = &world_.generic[first[lane] + i];
-    Joints::gather(from, work.memory.generic[i]);
+    Joints::gather(from, work.memory.generic[i], LinkJoint::begun_bytes() / 4);
   }
 }
 
-void MechanismLanes::end_step() const {
+void MechanismLanes::store() const {
   const Work work(*this);
   const std::size_t count = batch_.numbers.size();
-  std::array<std::uint32_t, 8> first{};
-  for (std::uint32_t lane = 0; lane < count; ++lane) first[lane] = first_generic(mechanism(lane), world_.links);
-  for (std::uint32_t i = 0; i < work.links; ++i) {
-    std::array<LinkState*, 8> to{};
-    for (std::uint32_t lane = 0; lane < count; ++lane) to[lane] = &world_.states[mechanism(lane).first + i];
-    States::scatter(work.memory.states[i], to, count);
-  }
-  for (std::uint32_t i = 0; i < work.generic; ++i) {
-    std::array<JointLink*, 8> to{};
-    for (std::uint32_t lane = 0; lane < count; ++lane) to[lane] = &world_.generic[first[lane] + i];
-    Joints::scatter(work.memory.generic[i], to, count);
+  const auto scatter = [&]<class Lanes>(Lanes, std::uint32_t i, const auto& from, auto* by_joint) {
+    std::array<std::remove_pointer_t<decltype(by_joint)>*, 8> to{};
+    for (std::uint32_t lane = 0; lane < count; ++lane)
+      to[lane] = &by_joint[world_.links[mechanism(lane).first + i].joint];
+    Lanes::scatter(from, to, count);
+  };
+  for (std::uint32_t i = 0, joint = 0; i < work.links; ++i) {
+    const MechanismLink& link = world_.links[work.first.first + i];
+    if (link.generic != MechanismLink::none) {
+      scatter(Impulses{}, i, work.memory.generic[joint++].impulse(), world_.generic_impulses);
+    } else if (link.joint != MechanismLink::none) {
+      const auto& row = work.memory.states[i].row;
+      const float sign = link.is_b ? 1.0f : -1.0f;
+      scatter(BallImpulses{}, i, wide::BallImpulse{sign * row.impulse, sign * row.total}, world_.ball_impulses);
+    }
   }
 }
 

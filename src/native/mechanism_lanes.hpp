@@ -13,6 +13,7 @@
 #include "dynamics/mechanism_link.hpp"
 #include "dynamics/solver_body.hpp"
 #include "dynamics/speed_limits.hpp"
+#include "native/joint.hpp"
 
 namespace fathom::native {
 
@@ -36,6 +37,8 @@ class MechanismLanes {
     const MechanismLink* links;
     LinkState* states;
     JointLink* generic;
+    JointImpulse* ball_impulses;       ///< by slot of a joint
+    GenericImpulse* generic_impulses;  ///< the same
     SolverBody* bodies;
     const WorldInertia* inertias;
     float push_out;  ///< m/s
@@ -44,9 +47,10 @@ class MechanismLanes {
 
   MechanismLanes(const World& world, const MechanismBatch& batch) : world_(world), batch_(batch) {}
 
-  /// Copies all states into lanes, and back.
+  /// Copies what the step begins with into lanes.
   void begin_step() const;
-  void end_step() const;
+  /// Stores the joints' impulses, as `MechanismSolver::store` does.
+  void store() const;
   /// Copies the states of some lanes out, and back in.
   void take_out(LaneBits lanes) const;
   void bring_back(LaneBits lanes) const;

@@ -105,8 +105,9 @@ MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
 }
 
 MechanismLanes Mechanisms::lanes(const MechanismBatch& batch, float h) {
-  return {{trees_.mechanisms().data(), trees_.links().data(), states_.data(), generic_.data(), state_.solver_bodies(),
-           state_.inertia.data(), def_.solver.push_out_velocity, speed_limits(def_.solver.max_linear_speed, h)},
+  const auto& constrained = graph_.constrained();
+  return {{trees_.mechanisms().data(), trees_.links().data(), states_.data(), generic_.data(),
+           constrained.joint_impulses, constrained.generic_impulses, state_.solver_bodies(), state_.inertia.data(), def_.solver.push_out_velocity, speed_limits(def_.solver.max_linear_speed, h)},
           batch};
 }
 
@@ -152,7 +153,7 @@ void Mechanisms::relax(std::uint32_t number, float h) {
 }
 void Mechanisms::store(std::uint32_t number) {
   const MechanismBatch& batch = batches_[number];
-  if (batch.memory) lanes(batch).end_step();
+  if (batch.memory) return lanes(batch).store();
   each(batch, [this](const Mechanism& m) { solver().store(m); });
 }
 
