@@ -19,11 +19,7 @@ namespace fathom {
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// Impulses that outlast a step, on B, in the order of the axes.
-struct GenericImpulse {
-  float hold[axis_count] = {}, drive[axis_count] = {};  ///< N·s and N·m·s of the last substep, for warm starting
-  Vec3 force, torque;                                   ///< N·s and N·m·s of the whole step, world axes
-};
+using GenericImpulse = GenericImpulseOf<float>;
 
 /// The impulses with which sweeps begin a step (see `max_start`).
 FATHOM_HD GenericImpulse started(const GenericImpulse& last, float max_start) {
@@ -56,15 +52,10 @@ inline Coupling make_coupling(const JointDef& def, bool swapped) {
   return c;
 }
 
-/// A definition in the form that the rows read. If one of the bodies cannot be pushed, it is A.
-struct GenericJoint {
-  UnitQuat<float> on_a{1, {}}, on_b{1, {}};  ///< the joint's frames on the bodies
-  Softness softness;                         ///< of locked axes
-  float rigid = 1, distance = 0, cone = 0;   ///< see GenericJointRow
-  float moves = 0;                           ///< 1: some axis has a limit, a drive or an armature
-  float reacts = 0;                          ///< 1: an armature or restitution
-  float min_hit = 0;                         ///< m/s or rad/s, speed above which limits bounce
-  GenericAxis<float> axes[axis_count] = {};
+/// Everything that rows read of a joint's definition.
+struct GenericJoint : GenericJointDefinition<float> {
+  Softness softness;  ///< of locked axes
+  float rigid = 1;    ///< see GenericJointRow
   float couples = 0;  ///< 1: it is a coupling, and only the first axis' bounds are used
   Coupling coupling;
 

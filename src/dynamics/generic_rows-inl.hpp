@@ -36,6 +36,24 @@ struct GenericJointPlace {
   GenericAxis<L> axes[axis_count];
 };
 
+/// Which axes a joint has, in the form that its rows read. If one of the bodies cannot be pushed, it is A.
+template <class L>
+struct GenericJointDefinition {
+  UnitQuat<L> on_a{splat<L>(1), {}}, on_b{splat<L>(1), {}};  ///< the joint's frames on the bodies
+  L distance{}, cone{};                                      ///< see GenericJointPlace
+  L moves{};                                                 ///< 1: some axis has a limit, a drive or an armature
+  L reacts{};                                                ///< 1: an armature or restitution
+  L min_hit{};                                               ///< m/s or rad/s, speed above which limits bounce
+  GenericAxis<L> axes[axis_count] = {};
+};
+
+/// Impulses that outlast a step, on B, in the order of the axes.
+template <class L>
+struct GenericImpulseOf {
+  L hold[axis_count] = {}, drive[axis_count] = {};  ///< N·s and N·m·s of the last substep, for warm starting
+  VecOf<L> force, torque;                           ///< N·s and N·m·s of the whole step, world axes
+};
+
 /// State of one joint that outlasts a sweep.
 template <class L>
 struct GenericJointRow : GenericJointPlace<L> {
@@ -325,15 +343,22 @@ struct GenericJointRows {
   }
 };
 
-/// Sets frames, arms and gap and clears the sums, for bodies with orientations `q_a` and `q_b`; `between` leads from
-/// A's centre to B's (m), `on_a` and `on_b` are the joint frames on them.
+/// Sets frames, arms and gap, for bodies with orientations `q_a` and `q_b`; `between` leads from A's centre to B's (m),
+/// `on_a` and `on_b` are the joint frames on them.
+template <class L>
+FATHOM_LANE_FUNCTION void place_generic_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
+                                              const UnitQuat<L>& on_a, const UnitQuat<L>& on_b, VecOf<L> anchor_a,
+                                              VecOf<L> anchor_b, GenericJointPlace<L>& place) {
+  place.frame_a = product(q_a, on_a), place.frame_b = product(q_b, on_b);
+  place.arm_a = turned_by(q_a, anchor_a), place.arm_b = turned_by(q_b, anchor_b);
+  place.gap = between + (place.arm_b - place.arm_a);
+}
+/// Also clears the sums.
 template <class L>
 FATHOM_LANE_FUNCTION void prepare_generic_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
                                                 const UnitQuat<L>& on_a, const UnitQuat<L>& on_b, VecOf<L> anchor_a,
                                                 VecOf<L> anchor_b, GenericJointRow<L>& row) {
-  row.frame_a = product(q_a, on_a), row.frame_b = product(q_b, on_b);
-  row.arm_a = turned_by(q_a, anchor_a), row.arm_b = turned_by(q_b, anchor_b);
-  row.gap = between + (row.arm_b - row.arm_a);
+  place_generic_joint(q_a, q_b, between, on_a, on_b, anchor_a, anchor_b, row);
   const L zero = splat<L>(0.0f);
   row.given = row.moment_a = row.moment_b = row.force = row.torque = row.pull = {zero, zero, zero};
   row.pulled = row.pulled_a = row.pulled_b = {zero, zero, zero};

@@ -29,6 +29,13 @@ struct LinkMotion {
   }
 };
 
+/// Where a body is as the step begins, and its velocity.
+struct LinkStart {
+  Vec3 position;
+  UnitQuat<Real> rotation;
+  Vec3 linear, angular;
+};
+
 /// A joint's two bodies by their role in the tree.
 struct LinkPair {
   const LinkMotion &body, &parent;
@@ -42,13 +49,7 @@ struct LinkLimits {
   Real bounce[axis_count];                         ///< m/s or rad/s at which the axis bounces off a limit
 };
 
-/// What outlasts the step: impulses on B, in the order of the axes.
-struct LinkImpulse {
-  Real hold[axis_count], drive[axis_count];  ///< N·s and N·m·s of the last substep, see GenericImpulse
-  Vec3 force, torque;                        ///< N·s and N·m·s of the whole step, world axes
-};
-
-/// The joint to a link's parent. `JointLink` begins a step with one.
+/// The joint to a link's parent.
 class LinkJoint {
  public:
   /// Impulse on the body at the joint in this substep: N·s and N·m·s.
@@ -65,6 +66,11 @@ class LinkJoint {
   /// Drops the last substep's impulses.
   FATHOM_LANE_FUNCTION void let_go();
 
+  /// Begins the step. Anchors are in the bodies' axes; `is_b`: the link's body is the joint's B; `pull` as in
+  /// BallJointRow, of the body relative to the parent.
+  FATHOM_LANE_FUNCTION void begin(const GenericJointDefinition<Real>& joint, bool is_b, const LinkStart& body,
+                                  const LinkStart& parent, const Vec3& anchor, const Vec3& parent_anchor,
+                                  const Vec3& pull, const GenericImpulseOf<Real>& impulse);
   /// Updates the joint's position; to be called after bodies have moved.
   FATHOM_LANE_FUNCTION void look(const LinkPair& pair);
   /// `relaxes`: after positions have moved; drives do not act.
@@ -106,9 +112,8 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION Vec3 torque_more() const { return torque_more_; }
   /// Adopts the rounds' impulses; `ends`: the substep is over.
   FATHOM_LANE_FUNCTION void apply(const LinkPair& pair, bool ends);
-  FATHOM_LANE_FUNCTION LinkImpulse impulse() const;
-  /// The first bytes, which `JointLink::begin` sets. The rest is zero.
-  static constexpr std::size_t begun_bytes() { return offsetof(LinkJoint, relaxes_); }
+  /// What outlasts the step.
+  FATHOM_LANE_FUNCTION GenericImpulseOf<Real> impulse() const;
 
  protected:
   FATHOM_LANE_FUNCTION static AxisNumber no_axis() { return AxisNumber{} - 1; }
@@ -181,8 +186,7 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION Mask revise_limit(int i, Mask asks, Real ahead, Real given, Real after);
   FATHOM_LANE_FUNCTION Mask revise_drive(int i, Mask asks, Real given, Real after);
 
-  // Only words as long as a Real: lanes are separated word by word. First what `begin` sets, which is all that lanes
-  // begin a step with.
+  // Only words as long as a Real: lanes are separated word by word. First what `begin` sets; solutions set the rest.
   Flag is_b_{}, reacts_{}, moves_{};  // same in all lanes
   GenericJointPlace<Real> row_{};
   Vec3 along_[3], about_[3];  // of the axes, current
@@ -190,7 +194,6 @@ class LinkJoint {
   JointVector value_{}, rate_{};  // rate_: m/s or rad/s, after the last solution
   LinkLimits limits_{};
   Vec3 force_, torque_;
-  // A solution sets the rest.
   Flag relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};  // same in all lanes
   JointVector ahead_{}, aim_{}, mass_{};  // aim_: of locked or limited axes, the position that holding them leads to
   JointFreedom freedom_;
@@ -202,6 +205,35 @@ class LinkJoint {
   AxisNumber released_{}, relented_{};  // a bit per axis: its limit, its largest force has let go in this solution
   Vec3 force_more_, torque_more_, force_sum_, torque_sum_;
 };
+
+FATHOM_LANE_FUNCTION void LinkJoint::begin(const GenericJointDefinition<Real>& joint, bool is_b, const LinkStart& body,
+                                           const LinkStart& parent, const Vec3& anchor, const Vec3& parent_anchor,
+                                           const Vec3& pull, const GenericImpulseOf<Real>& impulse) {
+  *this = {};
+  is_b_ = flag(is_b ? is_set(all_set) : is_set(Flag{}));
+  const LinkStart &a = is_b ? parent : body, &b = is_b ? body : parent;
+  place_generic_joint(a.rotation, b.rotation, b.position - a.position, joint.on_a, joint.on_b,
+                      is_b ? parent_anchor : anchor, is_b ? anchor : parent_anchor, row_);
+  row_.pull = is_b ? pull : -pull;
+  row_.distance = joint.distance, row_.cone = joint.cone, row_.min_hit = joint.min_hit;
+  for (int i = 0; i < axis_count; ++i) row_.axes[i] = joint.axes[i];
+  reacts_ = flag(inverted(joint.reacts == 0.0f)), moves_ = flag(inverted(joint.moves == 0.0f));
+  const LinkMotion of_body = LinkMotion::at_start(body.linear, body.angular);
+  const LinkMotion of_parent = LinkMotion::at_start(parent.linear, parent.angular);
+  const LinkPair pair{of_body, of_parent};
+  look(pair);
+  for (int i = 0; reacts() && i < axis_count; ++i) rate_[i] = rate(i, pair);
+  for (int i = 0; i < axis_count; ++i) {
+    const Real total = sign() * (impulse.hold[i] + impulse.drive[i]);
+    if (i < translations)
+      force_ = mul_add(force_, total, along_[i]);
+    else
+      torque_ = mul_add(torque_, total, about_[i - translations]);
+    if (!is_limited(i)) continue;
+    limits_.at_limit[i] = flag(inverted(impulse.hold[i] == 0.0f));
+    limits_.at_upper[i] = flag(impulse.hold[i] < 0.0f);
+  }
+}
 
 FATHOM_LANE_FUNCTION void LinkJoint::let_go() { force_ = torque_ = {}; }
 FATHOM_LANE_FUNCTION void LinkJoint::forget() {
@@ -590,8 +622,8 @@ FATHOM_LANE_FUNCTION void LinkJoint::apply(const LinkPair& pair, bool ends) {
   for (Real& bounce : limits_.bounce) bounce = Real{};
 }
 
-FATHOM_LANE_FUNCTION LinkImpulse LinkJoint::impulse() const {
-  LinkImpulse impulse{};
+FATHOM_LANE_FUNCTION GenericImpulseOf<Real> LinkJoint::impulse() const {
+  GenericImpulseOf<Real> impulse;
   for (int i = 0; i < axis_count; ++i) {
     const OfAxis of_axis = part_of(i, force_, torque_);
     const Real total = select(of_axis.has, of_axis.impulse, Real{});

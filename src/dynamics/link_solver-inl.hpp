@@ -59,6 +59,45 @@ struct LinkSolver {
   }
   FATHOM_LANE_FUNCTION LinkPair pair_of(std::uint32_t i) const { return {state(i).motion, parent_of(i)}; }
 
+  // --- the start of a step ---------------------------------------------------------------------------------------
+
+  /// `mass` (kg) of the link, with what loads add; `inertia` (kg·m²) of that mass, in the body's axes.
+  FATHOM_LANE_FUNCTION void begin_body(std::uint32_t i, Real mass, const SymMat3& inertia, const LinkStart& body,
+                                       Flag is_isotropic) const {
+    LinkState& s = state(i);
+    s = LinkState{};
+    s.mass = mass, s.inertia = inertia;
+    s.start = body.rotation;
+    s.is_isotropic = is_isotropic;
+  }
+  /// Anchors are in the bodies' axes; `pull` (m/s²) as in BallJointRow; `impulse` as `last` of what was stored.
+  FATHOM_LANE_FUNCTION void begin_ball(std::uint32_t i, const LinkStart& body, const LinkStart& parent, Vec3 anchor,
+                                       Vec3 parent_anchor, Vec3 pull, Vec3 impulse) const {
+    LinkState& s = state(i);
+    prepare_ball_joint<Real>(parent.rotation, body.rotation, body.position - parent.position, parent_anchor, anchor,
+                             on_body(i, impulse), s.row);
+    s.row.pull = pull;
+    s.arm = s.row.arm_b, s.parent_arm = s.row.arm_a;
+    begin_joint(i, parent);
+  }
+  FATHOM_LANE_FUNCTION void begin_generic(std::uint32_t i, const GenericJointDefinition<Real>& joint,
+                                          const LinkStart& body, const LinkStart& parent, Vec3 anchor,
+                                          Vec3 parent_anchor, Vec3 pull, const GenericImpulseOf<Real>& impulse) const {
+    LinkState& s = state(i);
+    JointLink& of_link = generic(i);
+    of_link.begin(joint, links[i].is_b != 0, body, parent, anchor, parent_anchor, pull, impulse);
+    s.arm = of_link.arm(), s.parent_arm = of_link.parent_arm();
+    begin_joint(i, parent);
+  }
+  FATHOM_LANE_FUNCTION void begin_joint(std::uint32_t i, const LinkStart& parent) const {
+    LinkState& s = state(i);
+    if (links[i].parent == none) s.obstacle = LinkMotion::at_start(parent.linear, parent.angular);
+    s.moment = cross(s.arm, force_of(i)) + torque_of(i);
+    s.parent_moment = cross(s.parent_arm, force_of(i)) + torque_of(i);
+  }
+  /// What is stored for a link's joint is on B.
+  FATHOM_LANE_FUNCTION Vec3 on_body(std::uint32_t i, Vec3 of_b) const { return links[i].is_b ? of_b : -of_b; }
+
   // --- what bodies carry into a substep --------------------------------------------------------------------------
 
   /// `velocity` of the link's body plus `sign` times the effect of the joints' impulses.

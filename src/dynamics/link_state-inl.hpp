@@ -1,7 +1,7 @@
 // State of a mechanism's link during a step. Included like dynamics/joint_link-inl.hpp.
 
-/// Only words as long as a Real, because lanes are separated word by word. First what the step begins with, which is all
-/// that lanes read then.
+/// Only words as long as a Real, because lanes are separated word by word. First what the step begins with; solutions
+/// set the rest.
 struct LinkState {
   BallJointRow<Real> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
   Real mass;               ///< kg, the link's share
@@ -11,8 +11,7 @@ struct LinkState {
   LinkMotion obstacle;     ///< of what the link hangs on; a copy, since other threads may already have moved it
   Vec3 arm, parent_arm;    ///< m, current
   Vec3 moment,
-      parent_moment;  ///< N·m·s of the joint so far, in the axes of the body's spin and, reversed, of its parent's
-  // A solution sets the rest.
+      parent_moment;    ///< N·m·s of the joint so far, in the axes of the body's spin and, reversed, of its parent's
   UnitQuat<Real> spin;  ///< from the axes of the body's spin to the world's
   LinkMotion motion;
   TreeInertia of_body;
@@ -23,6 +22,4 @@ struct LinkState {
   Vec3 error;               ///< m/s
   TreeChange step, change;  ///< of a round, and of all rounds
   Vec3 impulse;             ///< N·s, of all rounds
-
-  static constexpr std::size_t begun_bytes() { return offsetof(LinkState, spin); }
 };

@@ -87,25 +87,21 @@ class MechanismSolver : public LinkSolver<Access> {
 
   FATHOM_HD void prepare_link(std::uint32_t i) const {
     const MechanismLink& link = links[i];
-    LinkState& s = state(i);
-    s = {};
     const std::uint32_t copies = link.is_copy() ? links[link.original].copies : link.copies;
-    s.mass = 1 / (static_cast<float>(copies + 1) * access.solver_body(link.body).inverse_mass);
     // Includes the inertia added for loads.
-    s.inertia = s.mass * access.inverse_mass(link.body) * access.inertia(link.body);
-    s.start = rotation(access.pose(link.body));
-    s.is_isotropic = flag(access.is_isotropic(link.body));
+    const float mass = 1 / (static_cast<float>(copies + 1) * access.solver_body(link.body).inverse_mass);
+    const LinkStart body = start_of(link.body);
+    this->begin_body(i, mass, mass * access.inverse_mass(link.body) * access.inertia(link.body), body,
+                     flag(access.is_isotropic(link.body)));
     if (link.joint == none) return;
-    if (link.parent == none) {
-      const auto& obstacle = access.solver_body(link.obstacle);
-      s.obstacle = LinkMotion::at_start(obstacle.linear, obstacle.angular);
-    }
+    const auto j = access.joint(link.joint);
+    const LinkStart parent = start_of(link.is_b ? j.a : j.b);
+    const Vec3 anchor = link.is_b ? j.anchor_b : j.anchor_a, parent_anchor = link.is_b ? j.anchor_a : j.anchor_b;
     if (has_generic(i))
-      prepare_generic(i);
+      this->begin_generic(i, access.generic_joint(link.joint), body, parent, anchor, parent_anchor, pull_of(link),
+                          access.generic_impulse(link.joint));
     else
-      prepare_ball(link, s);
-    s.moment = cross(s.arm, this->force_of(i)) + this->torque_of(i);
-    s.parent_moment = cross(s.parent_arm, this->force_of(i)) + this->torque_of(i);
+      this->begin_ball(i, body, parent, anchor, parent_anchor, pull_of(link), access.last_impulse(link.joint));
   }
   FATHOM_HD void store_link(std::uint32_t i) const {
     const MechanismLink& link = links[i];
@@ -114,7 +110,7 @@ class MechanismSolver : public LinkSolver<Access> {
     if (has_generic(i))
       access.store(link.joint, generic(i).impulse());
     else
-      access.store(link.joint, on_body(link, row.impulse), on_body(link, row.total));
+      access.store(link.joint, this->on_body(i, row.impulse), this->on_body(i, row.total));
   }
 
   /// Before positions move (`soft`) or after, for bodies and obstacles at their current positions.
@@ -165,41 +161,16 @@ class MechanismSolver : public LinkSolver<Access> {
     for (std::uint32_t level = 0; level < m.levels; ++level) each_of_level(m, level, act);
   }
 
-  FATHOM_HD static Vec3 on_body(const MechanismLink& link, Vec3 of_b) { return link.is_b ? of_b : -of_b; }
-  FATHOM_HD static UnitQuat<float> rotation(const Pose& pose) { return {pose.rotation.w, pose.rotation.vector()}; }
-
   // --- a step ----------------------------------------------------------------------------------------------------
 
   /// m/s², for bodies that swing: acceleration of the link's body relative to its parent
   FATHOM_HD Vec3 pull_of(const MechanismLink& link) const {
     return access.swing(link) - (link.parent != none ? access.swing(links[link.parent]) : Vec3{});
   }
-  FATHOM_HD void prepare_ball(const MechanismLink& link, LinkState& s) const {
-    const auto j = access.joint(link.joint);
-    const std::uint32_t parent = link.is_b ? j.a : j.b;
-    const Pose &of_parent = access.pose(parent), &of_body = access.pose(link.body);
-    prepare_ball_joint<float>(rotation(of_parent), rotation(of_body), of_body.position - of_parent.position,
-                              link.is_b ? j.anchor_a : j.anchor_b, link.is_b ? j.anchor_b : j.anchor_a,
-                              on_body(link, access.last_impulse(link.joint)), s.row);
-    s.row.pull = pull_of(link);
-    s.arm = s.row.arm_b, s.parent_arm = s.row.arm_a;
-  }
-  FATHOM_HD void prepare_generic(std::uint32_t i) const {
-    const MechanismLink& link = links[i];
-    const auto j = access.joint(link.joint);
-    const GenericJoint& joint = access.generic_joint(link.joint);
-    const Pose &a = access.pose(j.a), &b = access.pose(j.b);
-    GenericJointRow<float> row{};
-    prepare_generic_joint<float>(rotation(a), rotation(b), b.position - a.position, joint.on_a, joint.on_b, j.anchor_a,
-                                 j.anchor_b, row);
-    row.pull = link.is_b ? pull_of(link) : -pull_of(link);
-    if (joint.reacts != 0) {
-      const JointBodies<SymMat3> bodies = bodies_of(access, link, state(i).obstacle);
-      begin_rates(row, joint, bodies.a, bodies.b);
-    }
-    JointLink& of_link = generic(i);
-    of_link.begin(joint, link.is_b != 0, row, access.generic_impulse(link.joint));
-    state(i).arm = of_link.arm(), state(i).parent_arm = of_link.parent_arm();
+  FATHOM_HD LinkStart start_of(std::uint32_t slot) const {
+    const Pose& pose = access.pose(slot);
+    const auto& body = access.solver_body(slot);
+    return {pose.position, {pose.rotation.w, pose.rotation.vector()}, body.linear, body.angular};
   }
   /// Whether the link's body, without the carried impulses, would be within the speed limits.
   FATHOM_HD bool is_sound_without_carried(std::uint32_t i, float h) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstring>
 #include <type_traits>
 #include <utility>
@@ -65,18 +66,16 @@ struct LanesOf {
   static_assert(alignof(One) == 4 && sizeof(Many) == 8 * sizeof(One), "words alone, as long as a Real");
   static constexpr std::size_t words = sizeof(One) / 4;
 
-  /// Copies the first words; the rest is zero.
-  static void gather(const std::array<const One*, 8>& from, Many& to, std::size_t count) {
+  static void gather(const std::array<const One*, 8>& from, Many& to) {
     std::size_t w = 0;
-    for (; w + 8 <= count; w += 8) {
+    for (; w + 8 <= words; w += 8) {
       Eight block[8];
       for (std::size_t lane = 0; lane < 8; ++lane) std::memcpy(&block[lane], word(*from[lane], w), sizeof(Eight));
       transpose(block);
       std::memcpy(word(to, 8 * w), block, sizeof(block));
     }
-    for (; w < count; ++w)
+    for (; w < words; ++w)
       for (std::size_t lane = 0; lane < 8; ++lane) std::memcpy(word(to, 8 * w + lane), word(*from[lane], w), 4);
-    std::memset(word(to, 8 * count), 0, 32 * (words - count));
   }
   static void scatter(const Many& from, const std::array<One*, 8>& to, std::size_t count) {
     std::size_t w = 0;
@@ -109,7 +108,8 @@ struct LanesOf {
 };
 using States = LanesOf<wide::LinkState, LinkState>;
 using Joints = LanesOf<wide::JointLink, JointLink>;
-using Impulses = LanesOf<wide::LinkImpulse, GenericImpulse>;
+using Impulses = LanesOf<wide::GenericImpulseOf<Real>, GenericImpulse>;
+using Definitions = LanesOf<wide::GenericJointDefinition<Real>, GenericJointDefinition<float>>;
 using BallImpulses = LanesOf<wide::BallImpulse, JointImpulse>;
 
 /// A batch's memory.
@@ -158,10 +158,11 @@ struct LaneAccess {
 
   wide::LinkState& state(std::uint32_t i) const { return memory.states[i - first_link]; }
   wide::JointLink& generic(std::uint32_t number) const { return memory.generic[number - first_joint]; }
-  Body body(std::uint32_t i, const MechanismLink&) const {
+  Body body(std::uint32_t i, const MechanismLink&) const { return body_at(memory.slots[i - first_link]); }
+  Body body_at(EightInts slots) const {
     Eight lower[8], upper[8];
     for (int lane = 0; lane < 8; ++lane) {
-      const float* const from = reinterpret_cast<const float*>(&bodies[slot(i, lane)]);
+      const float* const from = reinterpret_cast<const float*>(&bodies[slots[lane]]);
       lower[lane] = load_row(from), upper[lane] = load_row(from + 8);
     }
     transpose(lower), transpose(upper);
@@ -314,33 +315,118 @@ struct MechanismLanes::Work {
 
   LaneSolver solver(const MechanismLanes& lanes, float h) const {
     const World& w = lanes.world_;
-    return {{{memory, first.first, first_generic, w.bodies, w.inertias, w.push_out, w.limits, in_use}, w.links},
+    return {{{memory, first.first, first_generic, w.state.solver_bodies(), w.state.inertia.data(), w.push_out, w.limits,
+              in_use},
+             w.links},
             first,
             eight(h)};
   }
 };
 
-void MechanismLanes::begin_step() const {
-  const Work work(*this);
-  const auto count = static_cast<std::uint32_t>(batch_.numbers.size());
-  const auto of_lane = [&](std::uint32_t lane) -> const Mechanism& { return mechanism(lane < count ? lane : 0); };
-  for (std::uint32_t i = 0; i < work.links; ++i) {
-    std::array<const LinkState*, 8> from;
-    for (std::uint32_t lane = 0; lane < 8; ++lane) {
-      const std::uint32_t link = of_lane(lane).first + i;
-      from[lane] = &world_.states[link];
-      work.memory.slots[i][lane] = static_cast<std::int32_t>(world_.links[link].body);
-    }
-    States::gather(from, work.memory.states[i], LinkState::begun_bytes() / 4);
-    [[maybe_unused]] const LaneBits isotropic = bits(work.memory.states[i].is_isotropic);
-    FATHOM_ASSERT(isotropic == 0 || isotropic == 0xff);  // must be the same in all lanes
+/// What the links of a batch begin a step with.
+struct MechanismLanes::Start {
+  const World& world;
+  const LaneSolver& solver;
+  std::array<const MechanismLink*, 8> lanes;  ///< the current link in each of them
+
+  template <class Number>
+  EightInts each(const Number& number) const {
+    EightInts numbers;
+    for (std::size_t lane = 0; lane < 8; ++lane) numbers[lane] = static_cast<std::int32_t>(number(*lanes[lane]));
+    return numbers;
   }
-  std::array<std::uint32_t, 8> first;
-  for (std::uint32_t lane = 0; lane < 8; ++lane) first[lane] = first_generic(of_lane(lane), world_.links);
-  for (std::uint32_t i = 0; i < work.generic; ++i) {
-    std::array<const JointLink*, 8> from;
-    for (std::uint32_t lane = 0; lane < 8; ++lane) from[lane] = &world_.generic[first[lane] + i];
-    Joints::gather(from, work.memory.generic[i], LinkJoint::begun_bytes() / 4);
+  template <class Vector>
+  wide::Vec3 vectors(const Vector& vector) const {
+    wide::Vec3 vectors;
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      const Vec3 v = vector(*lanes[lane]);
+      vectors.x[lane] = v.x, vectors.y[lane] = v.y, vectors.z[lane] = v.z;
+    }
+    return vectors;
+  }
+  struct Rows {
+    Eight of[8];
+
+    Eight operator[](std::size_t word) const { return of[word]; }
+  };
+  /// The first eight words of each lane's item.
+  template <class Item>
+  static Rows rows(const Item& item) {
+    Rows rows;
+    for (std::int32_t lane = 0; lane < 8; ++lane) rows.of[lane] = load_row(reinterpret_cast<const float*>(item(lane)));
+    transpose(rows.of);
+    return rows;
+  }
+
+  wide::LinkStart body(EightInts slots) const {
+    const auto at = rows([&](std::int32_t lane) { return &world.state.poses[slots[lane]]; });
+    const LaneAccess::Body body = solver.access.body_at(slots);
+    return {{at[0], at[1], at[2]}, {at[4], {at[5], at[6], at[7]}}, body.linear, body.angular};
+  }
+  void begin_body(std::uint32_t i, EightInts slots, const wide::LinkStart& body) const {
+    const auto info = [&](std::int32_t lane) -> const BodyInfo& { return world.bodies[slots[lane]]; };
+    const auto inertia = rows([&](std::int32_t lane) { return &info(lane).inertia; });
+    EightInts is_isotropic;
+    Eight inverse_mass;
+    for (std::int32_t lane = 0; lane < 8; ++lane)
+      is_isotropic[lane] = flag(info(lane).isotropic), inverse_mass[lane] = info(lane).inverse_mass;
+    FATHOM_ASSERT(bits(is_isotropic) == 0 || bits(is_isotropic) == 0xff);  // must be the same in all lanes
+    const Eight mass = 1.0f / solver.access.body_at(slots).inverse_mass, share = mass * inverse_mass;
+    solver.begin_body(i, mass,
+                      {share * inertia[0], share * inertia[1], share * inertia[2], share * inertia[3],
+                       share * inertia[4], share * inertia[5]},
+                      body, is_isotropic);
+  }
+  void begin_joint(std::uint32_t i, const MechanismLink& link, const wide::LinkStart& body,
+                   const wide::LinkStart& parent) const {
+    const auto joint = [&](std::int32_t lane) { return lanes[lane]->joint; };
+    static_assert(offsetof(Joint, anchor_a) == 8 && offsetof(Joint, anchor_b) == 20);
+    const auto ends = rows([&](std::int32_t lane) { return &world.constrained.joints[joint(lane)]; });
+    const wide::Vec3 on_a{ends[2], ends[3], ends[4]}, on_b{ends[5], ends[6], ends[7]};
+    const wide::Vec3 anchor = link.is_b ? on_b : on_a, parent_anchor = link.is_b ? on_a : on_b;
+    const auto swing = [&](std::uint32_t slot) {
+      return world.state.swings[slot] ? world.state.motion[slot].acceleration : Vec3{};
+    };
+    const wide::Vec3 pull = vectors([&](const MechanismLink& l) {
+      return swing(l.body) - (l.parent != MechanismLink::none ? swing(world.links[l.parent].body) : Vec3{});
+    });
+    if (link.generic == MechanismLink::none) {
+      const wide::Vec3 last =
+          vectors([&](const MechanismLink& l) { return world.constrained.joint_impulses[l.joint].last; });
+      return solver.begin_ball(i, body, parent, anchor, parent_anchor, pull, last);
+    }
+    std::array<const GenericJointDefinition<float>*, 8> definitions;
+    std::array<const GenericImpulse*, 8> impulses;
+    for (std::int32_t lane = 0; lane < 8; ++lane) {
+      definitions[lane] = &world.constrained.generic_joints[joint(lane)];
+      impulses[lane] = &world.constrained.generic_impulses[joint(lane)];
+    }
+    wide::GenericJointDefinition<Real> definition;
+    wide::GenericImpulseOf<Real> impulse;
+    Definitions::gather(definitions, definition);
+    Impulses::gather(impulses, impulse);
+    solver.begin_generic(i, definition, body, parent, anchor, parent_anchor, pull, impulse);
+  }
+};
+
+void MechanismLanes::prepare() const {
+  const Work work(*this);
+  const LaneSolver solver = work.solver(*this, 1);
+  const std::size_t count = batch_.numbers.size();
+  Start start{world_, solver, {}};
+  for (std::uint32_t i = 0; i < work.links; ++i) {
+    for (std::uint32_t lane = 0; lane < 8; ++lane)
+      start.lanes[lane] = &world_.links[mechanism(lane < count ? lane : 0).first + i];
+    const EightInts slots = work.memory.slots[i] = start.each([](const MechanismLink& l) { return l.body; });
+    const MechanismLink& link = *start.lanes[0];
+    const std::uint32_t number = work.first.first + i;
+    const wide::LinkStart body = start.body(slots);
+    start.begin_body(number, slots, body);
+    if (link.joint == MechanismLink::none) continue;
+    const EightInts parents = link.parent != MechanismLink::none
+                                  ? work.memory.slots[link.parent - work.first.first]
+                                  : start.each([](const MechanismLink& l) { return l.obstacle; });
+    start.begin_joint(number, link, body, start.body(parents));
   }
 }
 
@@ -356,11 +442,12 @@ void MechanismLanes::store() const {
   for (std::uint32_t i = 0, joint = 0; i < work.links; ++i) {
     const MechanismLink& link = world_.links[work.first.first + i];
     if (link.generic != MechanismLink::none) {
-      scatter(Impulses{}, i, work.memory.generic[joint++].impulse(), world_.generic_impulses);
+      scatter(Impulses{}, i, work.memory.generic[joint++].impulse(), world_.constrained.generic_impulses);
     } else if (link.joint != MechanismLink::none) {
       const auto& row = work.memory.states[i].row;
       const float sign = link.is_b ? 1.0f : -1.0f;
-      scatter(BallImpulses{}, i, wide::BallImpulse{sign * row.impulse, sign * row.total}, world_.ball_impulses);
+      scatter(BallImpulses{}, i, wide::BallImpulse{sign * row.impulse, sign * row.total},
+              world_.constrained.joint_impulses);
     }
   }
 }

@@ -13,7 +13,8 @@
 #include "dynamics/mechanism_link.hpp"
 #include "dynamics/solver_body.hpp"
 #include "dynamics/speed_limits.hpp"
-#include "native/joint.hpp"
+#include "native/body_state.hpp"
+#include "native/solver_kernels.hpp"
 
 namespace fathom::native {
 
@@ -37,32 +38,30 @@ class MechanismLanes {
     const MechanismLink* links;
     LinkState* states;
     JointLink* generic;
-    JointImpulse* ball_impulses;       ///< by slot of a joint
-    GenericImpulse* generic_impulses;  ///< the same
-    SolverBody* bodies;
-    const WorldInertia* inertias;
+    const BodyTable& bodies;
+    BodyState& state;
+    Constrained constrained;
     float push_out;  ///< m/s
     SpeedLimits limits;
   };
 
   MechanismLanes(const World& world, const MechanismBatch& batch) : world_(world), batch_(batch) {}
 
-  /// Copies what the step begins with into lanes.
-  void begin_step() const;
-  /// Stores the joints' impulses, as `MechanismSolver::store` does.
-  void store() const;
   /// Copies the states of some lanes out, and back in.
   void take_out(LaneBits lanes) const;
   void bring_back(LaneBits lanes) const;
 
-  // Like those of MechanismSolver, in substeps of length h (s). They return the lanes that they took out unchanged,
+  // Like those of MechanismSolver, in substeps of length h (s). Some return the lanes that they took out unchanged,
   // which must be solved alone and brought back.
+  void prepare() const;
+  void store() const;
   LaneBits warm_start(float h) const;
   LaneBits pull_together(float h) const;
   LaneBits relax(float h) const;
 
  private:
   struct Work;
+  struct Start;
   template <class Act>
   void each_lane(LaneBits lanes, const Act& act) const;
   const Mechanism& mechanism(std::uint32_t lane) const { return world_.mechanisms[batch_.numbers[lane]]; }

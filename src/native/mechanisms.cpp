@@ -105,9 +105,8 @@ MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
 }
 
 MechanismLanes Mechanisms::lanes(const MechanismBatch& batch, float h) {
-  const auto& constrained = graph_.constrained();
-  return {{trees_.mechanisms().data(), trees_.links().data(), states_.data(), generic_.data(),
-           constrained.joint_impulses, constrained.generic_impulses, state_.solver_bodies(), state_.inertia.data(), def_.solver.push_out_velocity, speed_limits(def_.solver.max_linear_speed, h)},
+  return {{trees_.mechanisms().data(), trees_.links().data(), states_.data(), generic_.data(), bodies_, state_,
+           graph_.constrained(), def_.solver.push_out_velocity, speed_limits(def_.solver.max_linear_speed, h)},
           batch};
 }
 
@@ -122,8 +121,8 @@ void Mechanisms::do_alone(const MechanismLanes& lanes, const MechanismBatch& bat
 
 void Mechanisms::prepare(std::uint32_t number) {
   const MechanismBatch& batch = batches_[number];
+  if (batch.memory) return lanes(batch).prepare();
   each(batch, [this](const Mechanism& m) { solver().prepare(m); });
-  if (batch.memory) lanes(batch).begin_step();
 }
 void Mechanisms::warm_start(std::uint32_t number, float h, bool forgets) {
   const MechanismBatch& batch = batches_[number];
