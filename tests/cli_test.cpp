@@ -316,6 +316,8 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"render", "drift", "--at", "0", "--seconds", "3"}, "--seconds is the length of a film or page; add --video"},
       {{"render", "drift", "--at", "0", "--fps", "3"}, "--fps is that of a film or page; add --video"},
       {{"render", "drift", "--web", "p.html", "--contacts"}, "leave --contacts and --joints out, or add --at"},
+      {{"render", "drift", "--web", "p.html", "--size", "64x64"}, "leave --size and --samples out, or add --at"},
+      {{"render", "drift", "--web", "p.html", "--samples", "2"}, "leave --size and --samples out, or add --at"},
       {{"render", "drift", "--web", "p.html", "--gpu", "best"}, "best"},
       {{"render", "drift", "--at", "0,,1"}, "--at must be times like 0,5,10s"},
       {{"render", "drift", "--at", "nan"}, "--at must be times like 0,5,10s"},

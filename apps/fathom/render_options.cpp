@@ -68,6 +68,10 @@ void RenderOptions::check() const {
   const bool draws = pictures || !video.empty();
   require(draws || !(stage.contacts || stage.joints),
           "a page shows no contacts or joints; leave --contacts and --joints out, or add --at or --video");
+  const render::StageSettings unset;
+  require(
+      draws || (stage.width == unset.width && stage.height == unset.height && stage.enlargement == unset.enlargement),
+      "a page fills the browser's window; leave --size and --samples out, or add --at or --video");
 }
 
 void declare_render(CLI::App& command, RenderOptions& options) {

@@ -1,7 +1,6 @@
 // Generic and distance joints as links of one mechanism (dynamics/joint_link-inl.hpp). Pure, for host and device.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 #include "dynamics/generic_joint.hpp"
