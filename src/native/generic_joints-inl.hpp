@@ -149,11 +149,13 @@ HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const Constraint
   h.kind = ConstraintKind::generic_joint;
   h.fixed_a = h.still_a = h.isotropic = true;
   for (std::size_t lane = 0; lane < width; ++lane) block.a()[lane] = block.b()[lane] = block.manifold()[lane] = none;
-  for (int field = generic_frame_a; field < generic_field_count; ++field) block.set(field, zero);
   std::size_t lane = 0;
   for (std::size_t i = 0; i < width && refs[i] != none; ++i) {
     const std::uint32_t index = index_of(refs[i]);
     if (view.direct && view.direct[index]) continue;
+    // Only where sweeps will read the block, which has 9 KB.
+    if (lane == 0)
+      for (int field = generic_frame_a; field < generic_field_count; ++field) block.set(field, zero);
     const Joint& joint = constrained.joints[index];
     const GenericJoint& generic = constrained.generic_joints[index];
     const Pose &a = view.poses[joint.a], &b = view.poses[joint.b];
