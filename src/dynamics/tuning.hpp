@@ -192,8 +192,9 @@ inline constexpr float max_behind_a_contact = 24;
 inline constexpr float min_axis_across = 0.1f;
 /// Tolerance on a drive's largest force, as a share of it.
 inline constexpr float drive_slack = 1e-5f;
-/// Angle (rad), or share of the arms, by which an axis may pass a limit that let it go in the same solution: the first
-/// round predicts where it ends no better.
+/// Angle (rad), or share of the arms, by which an axis may pass a limit that has let it go in the same solution before
+/// the limit acts again: the first round is linear and does not predict the end exactly
+/// (docs/log/2026-11-28-limits-once.md).
 inline constexpr float limit_slack = 5e-4f;
 /// Softness of a loop's row relative to the response of its body alone, and the number of passes that find what nothing
 /// follows. Softer rows yield under load; stiffer ones gain energy in loops that barely fit together

@@ -64,6 +64,8 @@ struct BodyState {
   void restore(ByteReader& in, std::size_t slots);
 
   SolverBody* solver_bodies() { return solver.data() + 1; }
+  /// m/s², of a body that swings; else 0.
+  Vec3 swing(std::uint32_t slot) const { return swings[slot] ? motion[slot].acceleration : Vec3{}; }
 
   void resize(std::size_t slots);
   void reserve(std::size_t slots);

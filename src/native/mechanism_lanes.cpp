@@ -349,7 +349,7 @@ struct MechanismLanes::Start {
 
     Eight operator[](std::size_t word) const { return of[word]; }
   };
-  /// The first eight words of each lane's item.
+  /// The eight words from each lane's item on.
   template <class Item>
   static Rows rows(const Item& item) {
     Rows rows;
@@ -365,6 +365,8 @@ struct MechanismLanes::Start {
   }
   void begin_body(std::uint32_t i, EightInts slots, const wide::LinkStart& body) const {
     const auto info = [&](std::int32_t lane) -> const BodyInfo& { return world.bodies[slots[lane]]; };
+    // Two words of the member after it come along, unused.
+    static_assert(offsetof(BodyInfo, inverse_inertia) == offsetof(BodyInfo, inertia) + 6 * sizeof(float));
     const auto inertia = rows([&](std::int32_t lane) { return &info(lane).inertia; });
     EightInts is_isotropic;
     Eight inverse_mass;
@@ -384,11 +386,9 @@ struct MechanismLanes::Start {
     const auto ends = rows([&](std::int32_t lane) { return &world.constrained.joints[joint(lane)]; });
     const wide::Vec3 on_a{ends[2], ends[3], ends[4]}, on_b{ends[5], ends[6], ends[7]};
     const wide::Vec3 anchor = link.is_b ? on_b : on_a, parent_anchor = link.is_b ? on_a : on_b;
-    const auto swing = [&](std::uint32_t slot) {
-      return world.state.swings[slot] ? world.state.motion[slot].acceleration : Vec3{};
-    };
     const wide::Vec3 pull = vectors([&](const MechanismLink& l) {
-      return swing(l.body) - (l.parent != MechanismLink::none ? swing(world.links[l.parent].body) : Vec3{});
+      const bool hangs = l.parent == MechanismLink::none;
+      return world.state.swing(l.body) - (hangs ? Vec3{} : world.state.swing(world.links[l.parent].body));
     });
     if (link.generic == MechanismLink::none) {
       const wide::Vec3 last =

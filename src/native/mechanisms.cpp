@@ -54,9 +54,7 @@ struct Mechanisms::Access {
   void look_at_masses(std::uint32_t i, const MechanismLink& link, JointLink& joint, float h) const {
     joint.look_at_masses(bodies_of(*this, link, states[i].obstacle), h);
   }
-  Vec3 swing(const MechanismLink& link) const {
-    return body_state.swings[link.body] ? body_state.motion[link.body].acceleration : Vec3{};
-  }
+  Vec3 swing(const MechanismLink& link) const { return body_state.swing(link.body); }
   Ends joint(std::uint32_t j) const {
     const Joint& joint = graph.joint(j);
     return {joint.a, joint.b, joint.anchor_a, joint.anchor_b};
