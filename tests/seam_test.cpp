@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "random.hpp"
@@ -113,6 +114,25 @@ TEST(Seam, WhatIsHiddenMakesWayForTheFaceThatCanBeSeen) {
   EXPECT_EQ(kept_at_seam(geometry(tile), cube, before, 0.01f, 0.2f, level, lengths, ahead).manifold.count, 0);
 }
 
+// A thin plate in the corner of two walls that meet edge to edge, pressed into the one by more than its thickness: it
+// is less deep behind the end of that wall, which the other wall hides.
+TEST(Seam, AWallHoldsWhatIsPressedIntoACorner) {
+  const Shape wall = box({1, 0.2f, 1});
+  const Beside other{{beside(box({0.2f, 2, 1}), {-1.2f, 0, 0})}};
+  const Geometry plate = geometry(box({0.1f, 0.1f, 0.005f}));
+  const SeamLengths of_plate = make_seam_lengths(0.005f, 1);
+  const Quat upright = axis_angle({0, 1, 0}, 0.5f * pi);  // its thickness along x
+  for (const float depth : {0.004f, 0.01f, 0.05f}) {
+    const Pose pose{.position = {-0.998f, 0.3f - depth, 0}, .rotation = upright};
+    AxisCache axis;
+    const Manifold m = collide(geometry(wall), plate, pose, 0.01f, axis);
+    ASSERT_GT(m.count, 0);
+    const SeamManifold kept = kept_at_seam(geometry(wall), plate, pose, 0.01f, 0.005f, other, of_plate, m);
+    ASSERT_GT(kept.manifold.count, 0) << depth;
+    EXPECT_GT(kept.manifold.normal.y, 0.99f) << depth;
+  }
+}
+
 // --- in worlds ---------------------------------------------------------------------------------------------------
 
 BodyDef fixed(const Shape& shape, Vec3 position) {
@@ -170,6 +190,45 @@ TEST(Seams, NothingCatchesOnRandomTiles) {
       ASSERT_NEAR(world.pose(body).position.z, height, 2e-3f) << "seed " << seed << " step " << i;
     }
     EXPECT_LT(fathom::length(world.velocity(body).linear - velocity), 1e-3f * speed) << "seed " << seed;
+  }
+}
+
+// Bodies fall on junctions of tiles with gaps that count as none. A ball over a gap touches only edges, and each of
+// them is hidden by the other tile.
+TEST(Seams, NothingFallsIntoAGap) {
+  for (unsigned seed = 1; seed <= 140; ++seed) {
+    Generator random(seed);
+    const float size = uniform(random, 0.02f, 0.4f),
+                gap = uniform(random, 0.05f, 0.95f) * std::min(1e-3f, 0.02f * size);
+    const float edge_x = size * uniform(random, 1, 6), edge_y = size * uniform(random, 1, 6);
+    const bool in_bond = seed % 2 == 0, of_meshes = seed % 4 < 2;
+    World world(quiet_world());
+    for (int i = -4; i < 4; ++i)
+      for (int j = -4; j < 4; ++j) {
+        const float shift = in_bond && (j & 1) != 0 ? 1.0f : 0.5f;
+        const Vec3 top{(static_cast<float>(i) + shift) * (edge_x + gap),
+                       (static_cast<float>(j) + 0.5f) * (edge_y + gap), 0};
+        const float x = 0.5f * edge_x, y = 0.5f * edge_y;
+        const std::vector<Vec3> corners{{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+        const std::vector<std::uint32_t> triangles{0, 1, 2, 0, 2, 3};
+        world.add(of_meshes ? fixed(mesh(corners, triangles), top) : fixed(box({x, y, x}), top - Vec3{0, 0, x}));
+      }
+    // Shapes whose lowest point is over the gap.
+    const Quat lying = axis_angle({1, 0, 0}, 0.5f * pi), upside_down = axis_angle({1, 0, 0}, pi);
+    const std::vector<std::pair<Shape, Quat>> shapes{
+        {sphere(size), {}}, {capsule(size, size), {}}, {capsule(size, size), lying}, {cone(size, size), upside_down}};
+    const auto& [shape, rotation] = shapes[seed % 7 % shapes.size()];
+    BodyDef def = dynamic(shape, {uniform(random, 0, 0.5f) * gap, uniform(random, 0, 0.5f) * gap, 0});
+    def.pose.rotation = rotation;
+    const BodyId body = world.add(def);
+    def.pose.position.z = uniform(random, 0, 1) * size - world.bounds(body).lower.z;
+    world.set_pose(body, def.pose);
+    float lowest = size;
+    for (int i = 0; i < 60; ++i) {
+      world.step();
+      lowest = std::min(lowest, world.bounds(body).lower.z);
+    }
+    EXPECT_GT(lowest, -std::max(3e-3f, 0.1f * size)) << "seed " << seed;
   }
 }
 

@@ -207,7 +207,8 @@ FATHOM_HD void round_face_contact(const HullView& hull, int face, const RoundSha
 }
 
 /// Replacement for a manifold of A, which has faces, and B that does not count: the manifold over another face of A
-/// that B's centre is in front of and under which B, twice `half` thick (m), is no deeper than `half`; or an empty one.
+/// that B's centre is in front of, or an empty one. Where B, twice `half` thick (m), is deeper than `half`, it must
+/// already be in the face: what is pressed into a corner would otherwise leave through the wall beside it.
 template <class Neighbours>
 FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
                                 const Neighbours& neighbours, const SeamLengths& lengths) {
@@ -222,7 +223,7 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
   // Starting with the least deeply touched face.
   for (;;) {
     int face = -1;
-    float highest = -half;
+    float highest = no_separation;
     for (int f = 0; f < hull_a.face_count; ++f) {
       const Hull::Plane& plane = hull_a.planes[f];
       if (!(plane_height(plane, b_in_a.position) > 0)) continue;
@@ -240,10 +241,53 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
       AxisCache cache;
       hull_face_contact(make_hull_pair(hull_a, hull_b, b_in_a), face, false, margin, {}, cache, over);
     }
+    if (highest <= -half && nearest_separation(over) >= 0) continue;
     for (int i = 0; i < over.count; ++i)
       if (is_seen(a, neighbours, pulled_inside(a, on_first(over, i)), over.normal, b_in_a.position, lengths))
         return over;
   }
+}
+
+/// The manifold `m` of an edge and B, turned to a face beside that edge: its points that lie less than `gap` (m) beside
+/// the edge or, of a shape with faces, the lowest corner. Without it a ball over the gap between two tiles would sink
+/// in, because each tile would leave it to the other.
+FATHOM_HD Manifold turned_to_face(const Manifold& m, Vec3 face_normal, const Geometry& b, const Pose& b_in_a,
+                                  float gap) {
+  Manifold turned;
+  turned.normal = face_normal;
+  const auto add = [&](Vec3 on_edge, Vec3 to_core, float radius, float reach, std::uint32_t feature) {
+    const float height = dot(face_normal, to_core), separation = height - radius;
+    if (length_squared(to_core) - height * height <= reach * reach)
+      turned.points[turned.count++] = {mul_add(on_edge, 0.5f * separation, face_normal), separation, feature};
+  };
+  if (!has_faces(b)) {
+    for (int i = 0; i < m.count; ++i)
+      add(on_first(m, i), (m.points[i].separation + b.radius) * m.normal, b.radius, gap, m.points[i].feature);
+    return turned;
+  }
+  constexpr float near = 4;  // the edge touches a corner's side, not its tip
+  const Vec3 tip = transform(b_in_a, support(b, inverse_rotate(b_in_a.rotation, -face_normal)));
+  add(on_first(m, 0), tip - on_first(m, 0), 0, near * gap, m.points[0].feature);
+  return turned;
+}
+
+/// The manifold turned to the face of A that it is nearest to, of those that can be seen beside its first point.
+template <class Neighbours>
+FATHOM_HD Manifold turned_to_seen_face(const Geometry& a, const Geometry& b, const Pose& b_in_a,
+                                       const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
+  const BoxHull box_a(a.half_extents);
+  const HullView hull_a = a.type == ShapeType::box ? view(box_a) : a.hull;
+  const Vec3 point = pulled_inside(a, on_first(m, 0));
+  float nearest = 0;
+  int face = -1;
+  for (int f = 0; f < hull_a.face_count; ++f) {
+    const Hull::Plane& plane = hull_a.planes[f];
+    const float cosine = dot(plane.normal, m.normal);
+    if (cosine > nearest && plane_height(plane, point) > -lengths.gap && plane_height(plane, b_in_a.position) > 0 &&
+        is_seen(a, neighbours, point, plane.normal, b_in_a.position, lengths))
+      face = f, nearest = cosine;
+  }
+  return face < 0 ? Manifold{} : turned_to_face(m, hull_a.planes[face].normal, b, b_in_a, lengths.gap);
 }
 
 /// The part of a manifold that counts.
@@ -261,7 +305,8 @@ FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const 
   const Vec3 centre = b_in_a.position;
   if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return {m};
   if (counts_at_seam(a, neighbours, m, centre, lengths)) return {m, true, true};
-  const Manifold instead = seen_instead(a, b, b_in_a, margin, half, neighbours, lengths);
+  Manifold instead = seen_instead(a, b, b_in_a, margin, half, neighbours, lengths);
+  if (instead.count == 0) instead = turned_to_seen_face(a, b, b_in_a, neighbours, lengths, m);
   if (instead.count == 0 && nearest_separation(m) < -0.5f * half) return {m};
   return {instead, true, false};
 }

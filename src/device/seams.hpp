@@ -122,20 +122,20 @@ struct Seams {
     return kept;
   }
 
-  /// Whether a manifold of the surface `pieces.a` counts beside its neighbours. `centre`: of B, in A's frame.
-  FATHOM_HD bool counts_on_surface(const TouchingPieces& pieces, Vec3 centre, const Manifold& m) const {
+  /// The part of a manifold of the surface `pieces.a` that counts beside its neighbours, in A's frame.
+  FATHOM_HD Manifold kept_on_surface(const TouchingPieces& pieces, const Pose& b_in_a, const Manifold& m) const {
     const auto [a, b] = pieces;
-    if (!contacts.fixed_contacts || bodies.constants[a].motion() != MotionType::fixed) return true;
+    if (!contacts.fixed_contacts || bodies.constants[a].motion() != MotionType::fixed) return m;
     const float half = half_thickness(bodies.constants[b]);
     const SeamLengths l = make_seam_lengths(half, max_component(abs(bodies.poses[a].position)));
     const PieceNeighbours<BodyArrays, ContactArrays> neighbours{bodies, contacts, a, b, around_patch(m, l.edge + half)};
-    if (!neighbours.any([](const auto&) { return true; })) return true;
+    if (!neighbours.any([](const auto&) { return true; })) return m;
     const SurfaceView& surface = bodies.surfaces[bodies.constants[a].hull];
     const auto any_normal = [&](const Aabb& box, const auto& act) {
       return surface.any_in(
           box, [&](std::uint32_t number) { return act(SurfaceTriangle(surface.triangle(number), {}).normal); });
     };
-    return counts_beside(neighbours, any_normal, l, centre, m);
+    return kept_beside(neighbours, any_normal, l, bodies.geometry(b), b_in_a, m);
   }
 
  private:

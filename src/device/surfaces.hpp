@@ -127,18 +127,19 @@ struct CollideSurfaces {
     if (!ahead.is_clear)
       collide_surface(surface, shape, ahead.b_in_a, margin, patches.pushes, patches.push_count, set, found, centre);
     if (!team::is_leader()) return;
-    leave_those_that_count(pieces, ahead.b_in_a.position, found);
+    leave_those_that_count(pieces, ahead.b_in_a, found);
     b_in_a = of_b.is_child() ? ahead.b_in_a * relative(bodies.child_poses[b], {}) : ahead.b_in_a;
     time = ahead.time;
   }
 
-  /// Drops manifolds at seams that do not count (seams.hpp).
-  FATHOM_HD void leave_those_that_count(const TouchingPieces& pieces, Vec3 centre, SurfaceContact& found) const {
+  /// Leaves the parts of manifolds at seams that count (seams.hpp).
+  FATHOM_HD void leave_those_that_count(const TouchingPieces& pieces, const Pose& b_in_a, SurfaceContact& found) const {
     const auto seams = seams_of(changes.bodies, changes.contacts);
     int left = 0;
     for (int g = 0; g < found.count; ++g) {
-      if (!seams.counts_on_surface(pieces, centre, found.manifolds[g])) continue;
-      found.manifolds[left] = found.manifolds[g];
+      const Manifold kept = seams.kept_on_surface(pieces, b_in_a, found.manifolds[g]);
+      if (kept.count == 0) continue;
+      found.manifolds[left] = kept;
       found.is_reduced[left++] = found.is_reduced[g];
     }
     found.count = left;

@@ -221,12 +221,12 @@ class PartedPair {
     const Pose body_in_a = b.is_child ? ahead.b_in_a * inverse(b.pose) : ahead.b_in_a;
     const Piece of_surface = piece_of(a_, 0);
     for (int g = 0; g < found.count; ++g) {
-      if (!narrow_phase_.seams.counts_on_surface({contact(first_).a, 0, of_surface}, {contact(first_).b, child, b},
-                                                 ahead.b_in_a.position, found.manifolds[g]))
-        continue;
+      const Manifold kept = narrow_phase_.seams.kept_on_surface(
+          {contact(first_).a, 0, of_surface}, {contact(first_).b, child, b}, ahead.b_in_a, found.manifolds[g]);
+      if (kept.count == 0) continue;
       AxisCache axis;
       axis.reduced = found.is_reduced[g];
-      scratch_.found.push_back({{0, child}, ahead.time, body_in_a, found.manifolds[g], axis});
+      scratch_.found.push_back({{0, child}, ahead.time, body_in_a, kept, axis});
     }
   }
 

@@ -106,18 +106,18 @@ SeamManifold Seams::kept_of_first(const SeamSide& a, const SeamSide& b, const Po
   return kept_at_seam(a.piece.geometry, b.piece.geometry, b_in_a, margin, b.piece.half, neighbours, lengths, m);
 }
 
-bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre, const Manifold& m) const {
-  if (!may_have(a.slot)) return true;
+Manifold Seams::kept_on_surface(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, const Manifold& m) const {
+  if (!may_have(a.slot)) return m;
   const Pose& pose = state.poses[a.slot];
   const SeamLengths lengths = make_seam_lengths(b.piece.half, max_component(abs(pose.position)));
   thread_local SeamNeighbours neighbours;
   neighbours.clear();
   const Aabb box = around_patch(m, lengths.edge + b.piece.half);
   add_fixed(a.slot, pose, b, box, neighbours);
-  if (neighbours.empty()) return true;
+  if (neighbours.empty()) return m;
   const std::span<const Vec3> normals = normals_in(a.piece.geometry.surface(), around_patch(m, lengths.step));
   const auto any_normal = [&](const Aabb&, const auto& act) { return std::ranges::any_of(normals, act); };
-  return counts_beside(neighbours, any_normal, lengths, centre, m);
+  return kept_beside(neighbours, any_normal, lengths, b.piece.geometry, b_in_a, m);
 }
 
 /// Adds other fixed bodies that meet the box (in the frame of the body `slot`) and collide with B.

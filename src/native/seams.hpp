@@ -29,8 +29,8 @@ class Seams {
 
   /// The part of the manifold `m` of two pieces that counts, in the frame of piece A. A non-dynamic body is A.
   SeamManifold kept(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, float margin, const Manifold& m) const;
-  /// Whether the manifold of a surface counts. `centre`: of B, in its frame.
-  bool counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre, const Manifold& m) const;
+  /// The part that counts of a manifold of a surface, A, in its frame.
+  Manifold kept_on_surface(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, const Manifold& m) const;
   /// Whether there are fixed bodies besides this one.
   bool may_have(std::uint32_t a) const { return fixed != nullptr && bodies[a].motion == MotionType::fixed; }
 

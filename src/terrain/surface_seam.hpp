@@ -78,4 +78,18 @@ FATHOM_HD bool counts_beside(const Neighbours& neighbours, const AnyNormal& any_
   return false;
 }
 
+/// The part of the manifold that counts: all of it, or the points that lie in a gap beside the surface, or none.
+template <class Neighbours, class AnyNormal>
+FATHOM_HD Manifold kept_beside(const Neighbours& neighbours, const AnyNormal& any_normal, const SeamLengths& lengths,
+                               const Geometry& b, const Pose& b_in_a, const Manifold& m) {
+  if (counts_beside(neighbours, any_normal, lengths, b_in_a.position, m)) return m;
+  float nearest = 0;
+  Vec3 face_normal;
+  any_normal(around_patch(m, lengths.step), [&](Vec3 normal) {
+    if (const float cosine = dot(normal, m.normal); cosine > nearest) nearest = cosine, face_normal = normal;
+    return false;
+  });
+  return nearest > 0 ? turned_to_face(m, face_normal, b, b_in_a, lengths.gap) : Manifold{};
+}
+
 }  // namespace fathom
