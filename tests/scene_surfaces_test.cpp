@@ -152,6 +152,30 @@ TEST_F(SceneSurfaces, HolesAreCells) {
   for (std::uint32_t cell = 0; cell < 6; ++cell) EXPECT_EQ(field.is_hole(cell), cell == 2 || cell == 3) << cell;
 }
 
+TEST_F(SceneSurfaces, TrianglesHaveTheMaterialsOfAFile) {
+  // The first triangle stands above every 'usemtl', the last below a name that is not listed.
+  write("strips.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nusemtl ice\nf 1 3 4\nf 1 4 2\nusemtl rock\nf 2 4 3\n"
+        "usemtl moss\nf 2 3 4\n");
+  const Scene scene = parse(
+      "type = \"mesh\"\nfile = \"strips.obj\"\nmaterials = [{friction = 0.9}, \"ice\", \"rock\"]\n"
+      "[materials.ice]\nfriction = 0.05\n[materials.rock]\nfriction = 0.7");
+  const TriangleMesh& mesh = mesh_of(scene);
+  ASSERT_EQ(mesh.materials().size(), 3u);
+  EXPECT_EQ(mesh.materials()[1].friction, 0.05f);
+  EXPECT_THAT(mesh.material_numbers(), testing::UnorderedElementsAre(0, 1, 1, 2, 0));
+}
+
+TEST_F(SceneSurfaces, CellsHaveMaterials) {
+  const Scene scene = parse(
+      "type = \"height_field\"\ncell = 1\ncolumns = 4\nrows = 3\nheights = [0,0,0,0, 0,0,0,0, 0,0,0,0]\n"
+      "materials = [{friction = 0.9}, {friction = 0.05}]\ncell_materials = [[0, 1, 2, 1, 1], [1, 1, 0], [2, 0, 1]]");
+  const HeightField& field = field_of(scene);
+  ASSERT_EQ(field.materials().size(), 2u);
+  EXPECT_EQ(field.materials()[1].friction, 0.05f);
+  EXPECT_THAT(field.material_numbers(), testing::ElementsAre(0, 0, 1, 1, 0, 1));
+}
+
 constexpr const char* pictured = "type = \"height_field\"\ncell = 1\nfile = \"ground.pgm\"\nscale = 10\n";
 
 /// Seen from above, y up, the ground looks like the picture.
@@ -250,6 +274,14 @@ TEST_F(SceneSurfaces, MistakesOfMeshes) {
       {corners + "triangles = [[0, 1, 2]]\nscale = \"large\"",
        "scene.toml:5:9: 'scale' must be an array, not a string"},
       {corners + "triangles = [[0, 1, 2]]\nscale = 1e30", "scene.toml:1:1: [shapes.ground]: fathom::mesh: "},
+      {mesh + "file = \"pyramid.obj\"\ntriangle_materials = []",
+       "scene.toml:4:22: 'triangle_materials' does not go with 'file'; remove one of them"},
+      {mesh + "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]\nmaterials = [{}, {}]",
+       "scene.toml:1:1: [shapes.ground] needs 'triangle_materials': for each triangle the number of one of "
+       "'materials'"},
+      {mesh + "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]\nmaterials = [{}, {}]\n"
+              "triangle_materials = [2]",
+       "scene.toml:6:22: there is no such material in 'triangle_materials': 'materials' has 2, counted from 0"},
       {mesh + "file = \"pyramid.obj\"\nvertices = []",
        "scene.toml:4:12: 'vertices' does not go with 'file'; remove one of them"},
       {mesh + "file = \"pyramid.obj\"\ntriangles = []",
@@ -339,6 +371,21 @@ TEST_F(SceneSurfaces, MistakesOfHeightFields) {
        "scene.toml:1:1: [shapes.ground]: fathom::height_field: cell_x is "},
       {flat + "holes = [[1, 0]]", "scene.toml:7:10: there is no such cell in 'holes': they go from 0 to 0"},
       {flat + "holes = [0, 0]", "scene.toml:7:10: 'holes' must be an array, not an integer"},
+      {flat + "cell_materials = []", "scene.toml:7:18: 'cell_materials' needs a list of 'materials'"},
+      {flat + "materials = [{}]",
+       "scene.toml:1:1: [shapes.ground] needs 'cell_materials': arrays [i, j, number] of cells and numbers of "
+       "'materials'"},
+      {flat + "materials = []", "scene.toml:7:13: 'materials' is empty; list some, or leave it out"},
+      {flat + "materials = [3]", "scene.toml:7:14: 'materials' is a list of tables and names of [materials]"},
+      {flat + "materials = [\"ice\"]",
+       "scene.toml:7:14: there is no [materials.ice]; write one, or the material itself as a table"},
+      {flat + "materials = [{}]\ncell_materials = [[0, 0, 1]]",
+       "scene.toml:8:19: there is no such material in 'cell_materials': 'materials' has 1, counted from 0"},
+      {flat + "materials = [{}]\ncell_materials = [[1, 0, 0]]",
+       "scene.toml:8:19: there is no such cell in 'cell_materials': they go from 0 to 0"},
+      {flat + "materials = [{}]\ncell_materials = [[0, 0]]",
+       "scene.toml:8:19: 'cell_materials' has arrays [i, j, number] for a cell, or [i, j, k, l, number] for those from "
+       "(i, j) to (k, l)"},
       {two + "waves = 3", "scene.toml:6:9: 'waves' must be a table, not an integer"},
       {two + "waves = {length = 4}",
        "scene.toml:6:9: waves needs 'height': from the lowest to the highest that there may be (m)"},

@@ -67,6 +67,15 @@ TEST(SurfaceArchive, SharedSurfacesAreWrittenOnce) {
   EXPECT_EQ(copy.shape(ids[0]).surface, copy.shape(ids[1]).surface);
 }
 
+/// Two triangles of different materials.
+Shape two_materials() {
+  const std::vector<Vec3> corners{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3};
+  const std::vector<Material> materials{{.friction = 0.1f}, {.restitution = 0.5f, .surface_velocity = {1, 2, 3}}};
+  const std::vector<std::uint8_t> numbers{1, 0};
+  return mesh(corners, indices, {materials, numbers});
+}
+
 std::vector<std::byte> written(std::initializer_list<Shape> shapes) {
   std::vector<std::byte> bytes;
   ByteWriter out(bytes);
@@ -92,7 +101,7 @@ std::string refusal(std::span<const std::byte> bytes, int count = 1, std::vector
 }
 
 TEST(SurfaceArchive, ComesBackAsItWas) {
-  for (const Shape& shape : {wavy_mesh(1), wavy_mesh(), wavy_field(), wavy_field(9, 3, {5, 63})}) {
+  for (const Shape& shape : {wavy_mesh(1), wavy_mesh(), wavy_field(), wavy_field(9, 3, {5, 63}), two_materials()}) {
     std::vector<Shape> read;
     ASSERT_EQ(refusal(written({shape}), 1, &read), "");
     const Surface &was = *shape.surface, &is = *read[0].surface;
@@ -101,11 +110,18 @@ TEST(SurfaceArchive, ComesBackAsItWas) {
     EXPECT_TRUE(is.bounds().lower == was.bounds().lower && is.bounds().upper == was.bounds().upper);
     for (std::uint32_t t = 0; t < was.triangle_count(); ++t) {
       EXPECT_EQ(is.has(t), was.has(t));
+      EXPECT_EQ(is.material_of(t), was.material_of(t));
       const Triangle a = was.triangle(t), b = is.triangle(t);
       for (int k = 0; k < 3; ++k) {
         EXPECT_TRUE(a.corners[k] == b.corners[k]);
         EXPECT_EQ(a.vertices[k], b.vertices[k]);
       }
+    }
+    ASSERT_EQ(is.materials().size(), was.materials().size());
+    for (std::size_t i = 0; i < was.materials().size(); ++i) {
+      EXPECT_EQ(is.materials()[i].friction, was.materials()[i].friction);
+      EXPECT_EQ(is.materials()[i].restitution, was.materials()[i].restitution);
+      EXPECT_TRUE(is.materials()[i].surface_velocity == was.materials()[i].surface_velocity);
     }
     for (const Aabb& box : {Aabb{{-1, -1, -1}, {1, 1, 1}}, Aabb{{0.4f, 2, -9}, {0.5f, 2.1f, 9}}}) {
       std::vector<std::uint32_t> a, b;
@@ -117,7 +133,7 @@ TEST(SurfaceArchive, ComesBackAsItWas) {
 }
 
 TEST(SurfaceArchive, EveryTruncationIsRefused) {
-  for (const Shape& shape : {wavy_mesh(3), wavy_field(5, 2, {3})}) {
+  for (const Shape& shape : {wavy_mesh(3), wavy_field(5, 2, {3}), two_materials()}) {
     const std::vector<std::byte> good = written({shape});
     for (std::size_t size = 0; size < good.size(); ++size) EXPECT_NE(refusal(std::span(good).first(size)), "") << size;
   }
@@ -177,7 +193,8 @@ TEST(SurfaceArchive, TreesThatGoDeepAreRefused) {
     }
     std::vector<std::byte> bytes;
     ByteWriter out(bytes);
-    out(ShapeType::mesh, 0.0f, Vec3{}, std::uint32_t{0}, vertices, indices, nodes);
+    out(ShapeType::mesh, 0.0f, Vec3{}, std::uint32_t{0}, vertices, indices, nodes, std::uint32_t{0},
+        std::vector<std::uint8_t>{});
     EXPECT_EQ(refusal(bytes) == "", !to_the_left) << "a search keeps but one second child";
   }
 }
@@ -193,9 +210,7 @@ TEST(SurfaceArchive, HeightFieldsThatContradictThemselvesAreRefused) {
     for (const std::size_t at : {8u, 12u}) EXPECT_THAT(refusal_with(shape, at, bad), contradicts) << bad;
   for (const float bad : {2e6f, -2e6f, std::numeric_limits<float>::quiet_NaN()})
     EXPECT_THAT(refusal_with(shape, 24 + 24 * 4, bad), contradicts) << bad;
-  const std::size_t holes = 24 + 25 * 4;
-  EXPECT_EQ(refusal_with(shape, holes, std::uint64_t{0}), "") << "there are none";
-  EXPECT_THAT(refusal_with(shape, holes, std::uint64_t{2}), HasSubstr("ends too early"));
+  EXPECT_THAT(refusal_with(shape, 24 + 25 * 4, std::uint64_t{1000}), HasSubstr("ends too early"));
 }
 
 TEST(SurfaceArchive, NumbersAndTypesMustFit) {
@@ -218,7 +233,7 @@ TEST(SurfaceArchive, NumbersAndTypesMustFit) {
 TEST(SurfaceArchive, AlteredBytesAreRefusedOrSound) {
   std::mt19937 random(1);
   int refused = 0, read = 0;
-  for (const Shape& shape : {wavy_mesh(6), wavy_field(7, 2, {3, 30})}) {
+  for (const Shape& shape : {wavy_mesh(6), wavy_field(7, 2, {3, 30}), two_materials()}) {
     const std::vector<std::byte> good = written({shape});
     for (int i = 0; i < 3000; ++i) {
       std::vector<std::byte> bytes = good;

@@ -136,7 +136,7 @@ TEST(SurfaceCollision, PatchesBeyondTheEighthReplaceTheShallowest) {
     m.count = 1;
     m.points[0] = {{}, uniform(random, -1, 0), 0};
     depths.push_back(m.points[0].separation);
-    set->add(m, tolerance);
+    set->add(m, 0, tolerance);
   }
   std::ranges::sort(depths);
   ASSERT_EQ(set->count, max_surface_manifolds);

@@ -45,8 +45,10 @@ struct ContactInfo {
   int point_count = 0;         ///< number of valid `points`
   ContactPointInfo points[4];  ///< the contact points
   int colour = -1;             ///< in the constraint graph; −1 if the pair has none (asleep, or none was free)
-  std::uint32_t child_a = 0;   ///< if a is a compound: which child, see `Compound::children`
-  std::uint32_t child_b = 0;   ///< if b is a compound
+  /// If a is a compound: which child, see `Compound::children`. If it is a mesh or a height field with materials: which
+  /// of them, see `Surface::materials`.
+  std::uint32_t child_a = 0;
+  std::uint32_t child_b = 0;  ///< the same of b
 };
 
 /// A contact about to be solved (`World::set_pre_solve_callback`). The world's poses and velocities are those at the

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/body.hpp>
 #include <fathom/box_tree.hpp>
 #include <fathom/export.hpp>
 #include <fathom/math.hpp>
@@ -16,6 +17,14 @@ namespace fathom {
 struct Triangle {
   Vec3 corners[3];                 ///< m, in the surface's frame; counter-clockwise seen from outside
   std::uint32_t vertices[3] = {};  ///< ids of the corners; triangles that share a vertex share its id
+};
+
+/// Materials of a surface's parts, in place of its body's: ice on a lake, a belt in a floor.
+struct SurfaceMaterials {
+  std::span<const Material> list = {};  ///< up to 256; empty: everything has the body's
+  /// Which of `list` each triangle of a mesh has, in the order given, or each cell (i, j) of a height field, index
+  /// j · (columns − 1) + i.
+  std::span<const std::uint8_t> numbers = {};
 };
 
 /// Receives the triangles along a path.
@@ -50,13 +59,34 @@ class FATHOM_API Surface {
   /// Memory in use.
   virtual std::size_t memory_bytes() const = 0;
 
+  /// The materials that its triangles have in place of the body's; empty if they have none. A surface velocity is in
+  /// the surface's axes.
+  std::span<const Material> materials() const { return materials_; }
+  /// Which of `materials` each triangle of a mesh or cell of a height field has.
+  std::span<const std::uint8_t> material_numbers() const { return material_numbers_; }
+  /// Which of `materials` a triangle has; 0 if there are none.
+  std::uint32_t material_of(std::uint32_t triangle) const {
+    return material_numbers_.empty() ? 0 : material_numbers_[triangle / triangles_per_number_];
+  }
+
  protected:
+  explicit Surface(std::uint32_t triangles_per_number) : triangles_per_number_(triangles_per_number) {}
+
   Aabb bounds_{};  ///< see `bounds`
+
+ private:
+  friend struct SurfaceArchive;
+  friend class MeshBuilder;
+  friend class HeightFieldBuilder;
+  std::uint32_t triangles_per_number_;
+  std::vector<Material> materials_;
+  std::vector<std::uint8_t> material_numbers_;
 };
 
-/// An arbitrary set of triangles. At most 40 bytes per triangle if vertices are shared.
+/// An arbitrary set of triangles. At most 40 bytes per triangle if vertices are shared, and one more with materials.
 class FATHOM_API TriangleMesh final : public Surface {
  public:
+  TriangleMesh() : Surface(1) {}
   using Node = BoxTreeNode;  ///< of the tree over its triangles
 
   /// m, in the mesh's frame; vertices at equal positions are merged.
@@ -90,11 +120,14 @@ struct HeightFieldDef {
   std::span<const float> heights;  ///< m, columns · rows values
   /// Whether cell (i, j), index j · (columns − 1) + i, is a hole. Empty: no holes.
   std::span<const bool> holes = {};
+  SurfaceMaterials materials = {};  ///< of its cells
 };
 
-/// Heights over a grid, two triangles per cell, solid below. About 2 bytes per triangle.
+/// Heights over a grid, two triangles per cell, solid below. About 2 bytes per triangle, and half a byte more with
+/// materials.
 class FATHOM_API HeightField final : public Surface {
  public:
+  HeightField() : Surface(2) {}
   std::uint32_t columns() const { return columns_; }           ///< samples along x
   std::uint32_t rows() const { return rows_; }                 ///< samples along y
   float cell_x() const { return cell_x_; }                     ///< m between samples along x
@@ -111,7 +144,7 @@ class FATHOM_API HeightField final : public Surface {
   std::size_t memory_bytes() const override;
 
  private:
-  friend FATHOM_API Shape height_field(const HeightFieldDef& def);
+  friend class HeightFieldBuilder;
   friend struct SurfaceArchive;
   Vec3 sample(std::uint32_t i, std::uint32_t j) const;
   void measure();
@@ -125,11 +158,14 @@ class FATHOM_API HeightField final : public Surface {
 /// outside. Vertices at equal positions are merged, so bodies do not catch on the edges between their triangles;
 /// zero-area triangles are dropped. The mesh need be neither closed nor manifold. The body's frame is the vertices'
 /// own: no centre of mass is computed. Throws `Error{invalid_argument}` for coordinates that are not finite or beyond
-/// 10⁶ m and for indices out of range or not in threes, and `Error{degenerate_shape}` if no triangle is left.
-FATHOM_API Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
+/// 10⁶ m, for indices out of range or not in threes, and for materials that are invalid, missing or not one number per
+/// triangle; `Error{degenerate_shape}` if no triangle is left.
+FATHOM_API Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices,
+                      const SurfaceMaterials& materials = {});
 
 /// Height field for fixed and kinematic bodies. Throws `Error{invalid_argument}` for fewer than 2 × 2 or more than 2³⁰
-/// samples, spans of the wrong size, cell sizes that are not positive, and heights that are not finite or beyond 10⁶ m.
+/// samples, spans of the wrong size, cell sizes that are not positive, heights that are not finite or beyond 10⁶ m, and
+/// materials as for meshes.
 FATHOM_API Shape height_field(const HeightFieldDef& def);
 
 }  // namespace fathom

@@ -35,10 +35,13 @@ FATHOM_HD Vec3 surface_velocity(const Bodies<written...>& bodies, std::uint32_t 
   if (!bodies.constants[i].has_moving_surface()) return {};
   return rotate(bodies.poses[i].rotation, bodies.surface_velocities[i]);
 }
-/// Contribution of two pieces' surfaces to the sliding velocity of B against A (m/s, world axes).
+/// Contribution of the surfaces in a contact to the sliding velocity of B against A (m/s, world axes).
 template <BodyPart... written>
-FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const TouchingPieces& pieces) {
-  return surface_velocity(bodies, pieces.b) - surface_velocity(bodies, pieces.a);
+FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const Contact& c) {
+  const auto [a, b] = pieces_of(bodies, c);
+  const Material* const own = own_material(bodies, c);
+  return surface_velocity(bodies, b) -
+         (own ? rotate(bodies.poses[a].rotation, own->surface_velocity) : surface_velocity(bodies, a));
 }
 
 /// Start of the rows of constraint k; row r is 32·r quads further.

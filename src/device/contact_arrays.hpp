@@ -57,8 +57,8 @@ struct alignas(16) Contact {
   /// Penetration (m) that counts as touching (dynamics/overlap.hpp); below 0, the contact counts as deeper than it is
   /// (dynamics/lift.hpp).
   float offset = 0;
-  /// Which children of two compounds touch: A's in the upper half, B's in the lower. For a patch its number is in the
-  /// upper half.
+  /// Which children of two compounds touch: A's in the upper half, B's in the lower. A patch has in the upper half the
+  /// number of its surface's material, over its own number.
   std::uint32_t children = 0;
 
   FATHOM_HD bool is_with_surface() const { return bits & with_surface_bit; }
@@ -67,7 +67,10 @@ struct alignas(16) Contact {
   FATHOM_HD std::uint32_t next_patch() const { return __builtin_bit_cast(std::uint32_t, recycle_distance); }
   FATHOM_HD void set_next_patch(std::uint32_t index) { recycle_distance = __builtin_bit_cast(float, index); }
   FATHOM_HD bool in_parts() const { return bits & in_parts_bit; }
-  FATHOM_HD std::uint32_t child_a() const { return children >> 16; }
+  FATHOM_HD std::uint32_t child_a() const { return is_patch() ? 0 : children >> 16; }
+  FATHOM_HD std::uint32_t patch_number() const { return children >> 16 & 0xffu; }
+  FATHOM_HD std::uint32_t patch_material() const { return children >> 24; }
+  FATHOM_HD void set_patch_material(std::uint32_t material) { children = (children & 0xffffffu) | material << 24; }
   FATHOM_HD std::uint32_t child_b() const { return children & 0xffffu; }
 
   FATHOM_HD bool in_use() const { return a != none; }

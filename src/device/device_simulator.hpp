@@ -236,6 +236,7 @@ class DeviceSimulator final : public Simulator {
   void add_data_edit(EditKind kind, std::uint32_t index, const BodyData& data);
   BodyData body_data(std::uint32_t slot);
   BodyData child_data(std::uint32_t slot, std::uint32_t child);
+  void note_material(const Material& material);
   BodyData surface_data(const BodyInfo& info, const Geometry& shape, const Material& material,
                         const Filter& own_filter);
   std::uint32_t children_of(std::uint32_t slot) const;

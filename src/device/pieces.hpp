@@ -46,11 +46,19 @@ FATHOM_HD TouchingPieces pieces_of(const Bodies<written...>& bodies, const Conta
   return {piece_of(bodies, c.a, c.child_a()), piece_of(bodies, c.b, c.child_b())};
 }
 
+/// The material of the surface's part that a patch touches; null: the body's, or no patch.
+template <BodyPart... written>
+FATHOM_HD const Material* own_material(const Bodies<written...>& bodies, const Contact& c) {
+  if (!c.is_patch()) return nullptr;
+  const Material* const materials = bodies.surfaces[bodies.constants[c.a].hull].materials;
+  return materials ? materials + c.patch_material() : nullptr;
+}
+
 /// A pair of indices that no other contact has, to rank contacts by: a surface lends one of its own to every patch.
 template <BodyPart... written>
 FATHOM_HD TouchingPieces ranked_pieces(const Bodies<written...>& bodies, const Contact& c) {
   TouchingPieces pieces = pieces_of(bodies, c);
-  if (c.is_patch()) pieces.a = bodies.constants[c.a].link + c.child_a();
+  if (c.is_patch()) pieces.a = bodies.constants[c.a].link + c.patch_number();
   return pieces;
 }
 

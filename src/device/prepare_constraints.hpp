@@ -98,9 +98,7 @@ struct PrepareConstraints {
       constraints.bounces[k] = row;
     }
     const bool rolls = contact.round() && m.rolling_length() > 0, is_special = rolls || contact.on_moving_surface();
-    if (is_special)
-      constraints.extras[k] = {rolls ? roll_row(m, axes) : RollRow{},
-                               surface_slide(bodies, pieces_of(bodies, contact))};
+    if (is_special) constraints.extras[k] = {rolls ? roll_row(m, axes) : RollRow{}, surface_slide(bodies, contact)};
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     bits |= ranks_of(pair, contact.colour());
     const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u);

@@ -66,6 +66,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   if (info.geometry.is_surface()) {
     c.hull = surface_memory_.index_of(&info.geometry.surface());
     c.link = indices_.first_child(slot);
+    for (const Material& material : info.geometry.surface().materials()) note_material(material);
   }
   if (info.geometry.is_compound()) {
     c.hull = children_of(slot);
@@ -108,19 +109,27 @@ BodyData DeviceSimulator<D>::surface_data(const BodyInfo& info, const Geometry& 
            static_cast<std::uint32_t>(material.restitution_rule) << restitution_rule_shift;
   c.half_extents = shape.half_extents;
   c.shape_radius = shape.radius;
-  shapes_ |= shape_bit(shape.type) | (has_moving_surface ? moving_surfaces_bit : 0u);
+  shapes_ |= shape_bit(shape.type);
+  note_material(material);
   // Sensors collide with nothing.
   const Filter filter = info.is_sensor ? Filter{0, 0} : own_filter;
   d.filter = {filter.category, filter.mask};
   c.group = filter.group;
   if (may_keep_out(filter)) c.bits |= filtered_bit;
   c.friction = material.friction;
-  may_bounce_ = may_bounce_ || material.restitution > 0;
   c.restitution = material.restitution;
   d.tensors.rolling_resistance = material.rolling_resistance;
   d.surface_velocity = material.surface_velocity;
-  any_extras_ = any_extras_ || material.rolling_resistance > 0 || has_moving_surface;
   return d;
+}
+
+/// Notes which parts of a step its contacts will need.
+template <exec::Device D>
+void DeviceSimulator<D>::note_material(const Material& material) {
+  const bool moves = !(material.surface_velocity == Vec3{});
+  shapes_ |= moves ? moving_surfaces_bit : 0u;
+  may_bounce_ = may_bounce_ || material.restitution > 0;
+  any_extras_ = any_extras_ || material.rolling_resistance > 0 || moves;
 }
 
 /// Number of children of the body in `slot`, 0 if it is no compound.

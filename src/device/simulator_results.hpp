@@ -214,9 +214,7 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     const bool swapped = slot_b < slot_a;
     if (swapped) std::swap(a, b);
     ContactInfo info{a, b, swapped ? -normal : normal, m.point_count(), {}};
-    // A surface has no children, but its patches have numbers.
-    const std::uint32_t children = c.is_patch() ? c.child_b() : c.children;
-    info.child_a = children >> 16, info.child_b = children & 0xffffu;
+    info.child_a = c.is_patch() ? c.patch_material() : c.child_a(), info.child_b = c.child_b();
     if (swapped) std::swap(info.child_a, info.child_b);
     if ((c.bits & colour_bits) < overflow_colour) info.colour = static_cast<int>(c.bits & colour_bits);
     for (int p = 0; p < info.point_count; ++p) {

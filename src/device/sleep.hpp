@@ -69,7 +69,7 @@ struct JoinIslands {
   FATHOM_HD void look_at_surface(const Contact& c) const {
     const auto& bodies = link.bodies;
     const Vec3 velocity = bodies.velocities[c.b].linear - bodies.velocities[c.a].linear;
-    if (!goes_with_surface(surface_slide(bodies, pieces_of(bodies, c)), velocity)) return;
+    if (!goes_with_surface(surface_slide(bodies, c), velocity)) return;
     bodies.slow_time[c.b] = 0;
     if (!c.fixed_a()) bodies.slow_time[c.a] = 0;
   }

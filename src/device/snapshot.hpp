@@ -191,7 +191,7 @@ inline void check_patches(ByteReader& in, const std::vector<Contact>& contacts) 
       in.require(next < contacts.size() && !is_linked[next]);
       const Contact& patch = contacts[next];
       in.require(patch.in_use() && patch.is_patch() && !patch.is_with_surface() && patch.a == pair.a &&
-                 patch.b == pair.b && patch.child_a() < patches_per_pair);
+                 patch.b == pair.b && patch.patch_number() < patches_per_pair);
       is_linked[next] = true;
       next = patch.next_patch();
     }
@@ -214,6 +214,11 @@ void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counte
       };
       in.require(!c.in_use() || !c.in_parts() || (has_child(c.a, c.child_a()) && has_child(c.b, c.child_b())));
       in.require(!c.in_use() || !c.is_with_surface() || constants[c.a].is_surface());
+      if (c.in_use() && c.is_patch()) {
+        in.require(constants[c.a].is_surface());
+        const std::size_t materials = bodies[indices_.slot(c.a)].geometry.surface().materials().size();
+        in.require(c.patch_material() < std::max<std::size_t>(1, materials));
+      }
       if (c.in_use() && (c.in_parts() || c.is_patch()) && c.in_touch())
         ++touching_parts_[std::uint64_t{c.a} << 32 | c.b];
       if (!c.in_use() || c.is_with_surface()) continue;

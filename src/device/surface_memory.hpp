@@ -51,7 +51,13 @@ class SurfaceMemory {
  private:
   struct Entry {
     explicit Entry(exec::Memory& memory)
-        : points(memory), indices(memory), nodes(memory), heights(memory), holes(memory) {}
+        : points(memory),
+          indices(memory),
+          nodes(memory),
+          heights(memory),
+          holes(memory),
+          materials(memory),
+          material_numbers(memory) {}
 
     std::shared_ptr<const Surface> surface;  ///< none: the index is free
     std::uint32_t uses = 0;
@@ -62,6 +68,8 @@ class SurfaceMemory {
     exec::Buffer<BoxTreeNode> nodes;
     exec::Buffer<float> heights;
     exec::Buffer<std::uint64_t> holes;
+    exec::Buffer<Material> materials;
+    exec::Buffer<std::uint8_t> material_numbers;
   };
   struct EndedUse {
     std::uint64_t step;
@@ -83,6 +91,10 @@ class SurfaceMemory {
     SurfaceView& view = entry.view;
     view = {};
     view.bounds = entry.surface->bounds();
+    if (!entry.surface->materials().empty()) {
+      view.materials = put(device, entry.materials, entry.surface->materials());
+      view.material_numbers = put(device, entry.material_numbers, entry.surface->material_numbers());
+    }
     if (const auto* const mesh = dynamic_cast<const TriangleMesh*>(entry.surface.get())) {
       view.vertices = put(device, entry.points, mesh->vertices());
       view.indices = put(device, entry.indices, mesh->indices());

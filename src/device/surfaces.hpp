@@ -37,6 +37,7 @@ struct CollideSurfaces {
   struct Patches {
     std::uint32_t contact[patches_per_pair];
     bool touches[patches_per_pair];
+    std::uint32_t material[patches_per_pair];
     SurfacePush pushes[patches_per_pair];  ///< of those that touch
     int push_count = 0;
     int push_of[patches_per_pair];  ///< index of a touching patch's push
@@ -52,6 +53,7 @@ struct CollideSurfaces {
     changes.for_each_patch(pair, [&](std::uint32_t k, const Contact& patch) {
       patches.contact[count] = k;
       patches.touches[count] = patch.touching();
+      patches.material[count] = patch.patch_material();
       if (patch.touching()) {
         const ContactManifold& m = contacts.manifolds[patch.manifold];
         patches.push_of[count] = patches.push_count;
@@ -140,6 +142,7 @@ struct CollideSurfaces {
       const Manifold kept = seams.kept_on_surface(pieces, b_in_a, found.manifolds[g]);
       if (kept.count == 0) continue;
       found.manifolds[left] = kept;
+      found.materials[left] = found.materials[g];
       found.is_reduced[left++] = found.is_reduced[g];
     }
     found.count = left;
@@ -164,8 +167,8 @@ struct CollideSurfaces {
     return result;
   }
 
-  /// Gives every manifold to the patch whose normal was most alike, or to an unused one. Returns false if there is no
-  /// room for those that begin.
+  /// Gives every manifold to the patch of its material whose normal was most alike, or to an unused one. Returns false
+  /// if there is no room for those that begin.
   FATHOM_HD bool put_all(std::uint32_t index, const Patches& patches, const SurfaceContact& found, const Pose& b_in_a,
                          float time) const {
     const auto& contacts = changes.contacts;
@@ -173,7 +176,7 @@ struct CollideSurfaces {
     unsigned used = 0;            // a bit for each patch
     std::uint32_t beginning = 0;
     for (int g = 0; g < found.count; ++g) {
-      match[g] = max_alike(patches, found.manifolds[g].normal, used);
+      match[g] = max_alike(patches, found.manifolds[g].normal, found.materials[g], used);
       if (match[g] >= 0)
         used |= 1u << match[g];
       else
@@ -194,7 +197,10 @@ struct CollideSurfaces {
       const int patch = begins ? static_cast<int>(exec::lowest_bit(~std::uint64_t{used})) : match[g];
       used |= 1u << patch;
       Contact c = contacts.contacts[patches.contact[patch]];
-      if (begins) c.manifold = changes.manifold_slot(next++);
+      if (begins) {
+        c.manifold = changes.manifold_slot(next++);
+        c.set_patch_material(found.materials[g]);
+      }
       c.axis.reduced = found.is_reduced[g];
       changes.put(patches.contact[patch], c, found.manifolds[g], b_in_a, time, begins);
       if (!begins) colour_if_needed(patches.contact[patch]);
@@ -204,12 +210,13 @@ struct CollideSurfaces {
   FATHOM_HD void colour_if_needed(std::uint32_t patch) const {
     if (changes.contacts.contacts[patch].colour() == overflow_colour) changes.find_colour(patch);
   }
-  /// The touching patch without a manifold yet whose last normal was nearest to this one; −1 if none was near.
-  FATHOM_HD int max_alike(const Patches& patches, Vec3 normal, unsigned used) const {
+  /// The touching patch of the material, without a manifold yet, whose last normal was nearest to this one; −1 if none
+  /// was near.
+  FATHOM_HD int max_alike(const Patches& patches, Vec3 normal, std::uint32_t material, unsigned used) const {
     int best = -1;
     float nearest = alike_normals;
     for (std::uint32_t p = 0; p < patches_per_pair; ++p) {
-      if (!patches.touches[p] || (used >> p & 1) != 0) continue;
+      if (!patches.touches[p] || patches.material[p] != material || (used >> p & 1) != 0) continue;
       const float cosine = dot(patches.pushes[patches.push_of[p]].normal, normal);
       if (cosine > nearest) best = static_cast<int>(p), nearest = cosine;
     }

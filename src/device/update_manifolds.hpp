@@ -107,22 +107,27 @@ struct ContactChanges {
     wake(c.b);
   }
 
+  /// Without its surface velocity.
+  FATHOM_HD static Material material_of(const BodyConstants& body, float rolling_resistance) {
+    const auto rule = [&](std::uint32_t shift) { return static_cast<CombineRule>(body.bits >> shift & rule_bits); };
+    return {body.friction, body.restitution, rule(friction_rule_shift), rule(restitution_rule_shift),
+            rolling_resistance};
+  }
   FATHOM_HD void mix(Contact& c, ContactManifold& m) const {
     const TouchingPieces pieces = pieces_of(bodies, c);
     const BodyConstants &a = bodies.constants[pieces.a], &b = bodies.constants[pieces.b];
-    const auto rule = [](const BodyConstants& body, std::uint32_t shift) {
-      return static_cast<CombineRule>(body.bits >> shift & rule_bits);
-    };
-    m.friction = combine(a.friction, b.friction, rule(a, friction_rule_shift), rule(b, friction_rule_shift));
-    m.restitution =
-        combine(a.restitution, b.restitution, rule(a, restitution_rule_shift), rule(b, restitution_rule_shift));
+    const Material* const own = own_material(bodies, c);
+    const Material of_a = own ? *own : material_of(a, bodies.tensors[pieces.a].rolling_resistance);
+    const Material of_b = material_of(b, bodies.tensors[pieces.b].rolling_resistance);
+    m.friction = combine(of_a.friction, of_b.friction, of_a.friction_rule, of_b.friction_rule);
+    m.restitution = combine(of_a.restitution, of_b.restitution, of_a.restitution_rule, of_b.restitution_rule);
     if (m.restitution > 0) exec::atomic_store(counters->may_bounce, 1u);
     c.bits &= ~static_cast<std::uint32_t>(on_moving_surface_bit);
-    if (a.has_moving_surface() || b.has_moving_surface()) c.bits |= on_moving_surface_bit;
+    const bool a_moves = own ? !(own->surface_velocity == Vec3{}) : a.has_moving_surface();
+    if (a_moves || b.has_moving_surface()) c.bits |= on_moving_surface_bit;
     if (!c.round()) return;
     const auto radius = [](const BodyConstants& body) { return is_round(body.shape()) ? body.shape_radius : 0.0f; };
-    set_round(m, radius(a), radius(b), bodies.tensors[pieces.a].rolling_resistance,
-              bodies.tensors[pieces.b].rolling_resistance);
+    set_round(m, radius(a), radius(b), of_a.rolling_resistance, of_b.rolling_resistance);
   }
 
   /// Updates the contact `c`, a copy, to the collision result `fresh` of its pieces, made `time` (s) after the step's

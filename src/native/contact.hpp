@@ -33,7 +33,7 @@ inline constexpr ConstraintRef constraint_ref(ConstraintKind kind, std::uint32_t
 inline constexpr ConstraintKind kind_of(ConstraintRef ref) { return static_cast<ConstraintKind>(ref >> kind_shift); }
 inline constexpr std::uint32_t index_of(ConstraintRef ref) { return ref & ((1u << kind_shift) - 1); }
 
-/// Which children of two compounds touch; 0 for bodies that are not compounds.
+/// Which children of two compounds touch; of a surface, the number of the material that is touched. 0 for others.
 struct Children {
   std::uint32_t a = 0, b = 0;
 };

@@ -1,6 +1,6 @@
-// Pairs that may touch in several parts, each with a contact of its own: one per contact direction with a surface
-// (terrain/), one per pair of children with a compound, one per combination with both. Parts are matched with those of
-// the last step by children, and those of surfaces also by normal.
+// Pairs that may touch in several parts, each with a contact of its own: one per contact direction and material with a
+// surface (terrain/), one per pair of children with a compound, one per combination with both. Parts are matched with
+// those of the last step by children or materials, and those of surfaces also by normal.
 #include <algorithm>
 #include <tuple>
 
@@ -204,7 +204,7 @@ class PartedPair {
     const Pose b_in_a = relative(surface.pose, body.pose);
     const float near = speculative_margin(surface.radius, body.radius, surface.velocity, body.velocity, dt);
     const float movement = movement_of(near, surface.radius, body.radius, dt);
-    const std::span<const SurfacePush> pushes = pushes_of({0, child});
+    const std::span<const SurfacePush> pushes = pushes_of(child);
     const Vec3 centre =
         b.is_child ? inverse_rotate(surface.pose.rotation, pose_b().position - body.pose.position) : Vec3{};
     SurfaceContact found;
@@ -226,7 +226,7 @@ class PartedPair {
       if (kept.count == 0) continue;
       AxisCache axis;
       axis.reduced = found.is_reduced[g];
-      scratch_.found.push_back({{0, child}, ahead.time, body_in_a, kept, axis});
+      scratch_.found.push_back({{found.materials[g], child}, ahead.time, body_in_a, kept, axis});
     }
   }
 
@@ -307,12 +307,13 @@ class PartedPair {
             std::ranges::upper_bound(scratch_.parts, same, {}, children_of)};
   }
 
-  /// Pushes of the existing manifolds of these children.
-  std::span<const SurfacePush> pushes_of(Children children) const {
+  /// Pushes of a surface's existing manifolds against this child.
+  std::span<const SurfacePush> pushes_of(std::uint32_t child_b) const {
     std::vector<SurfacePush>& pushes = scratch_.pushes;
     pushes.clear();
-    for (const Part& part : parts_of(children))
-      if (part.touches) pushes.push_back({manifold(part.index).normal, load_of(manifold(part.index))});
+    for (const Part& part : scratch_.parts)
+      if (part.touches && part.children.b == child_b)
+        pushes.push_back({manifold(part.index).normal, load_of(manifold(part.index))});
     return pushes;
   }
 

@@ -22,9 +22,16 @@ struct Piece {
   bool is_child;
 };
 
+/// The material of one part of a body without children: `part` is the number of a surface's material.
+inline const Material& material_of(const BodyInfo& info, std::uint32_t part) {
+  if (!info.geometry.is_surface() || info.geometry.surface().materials().empty()) return info.material;
+  return info.geometry.surface().materials()[part];
+}
+
+/// `child`: of a compound; of a surface with materials, the number of one of them.
 inline Piece piece_of(const BodyInfo& info, std::uint32_t child) {
   if (!info.geometry.is_compound())
-    return {info.geometry, {}, info.radius, half_thickness(info), info.material, info.filter, false};
+    return {info.geometry, {}, info.radius, half_thickness(info), material_of(info, child), info.filter, false};
   const ChildShape& c = info.geometry.compound().children()[child];
   const Geometry shape = geometry(c.shape);
   return {shape,
@@ -36,9 +43,9 @@ inline Piece piece_of(const BodyInfo& info, std::uint32_t child) {
           true};
 }
 
-/// Surface velocity of the body, or of one child of its compound, in body axes.
+/// Surface velocity of such a piece, in body axes.
 inline Vec3 surface_velocity(const BodyInfo& info, std::uint32_t child) {
-  if (!info.geometry.is_compound()) return info.material.surface_velocity;
+  if (!info.geometry.is_compound()) return material_of(info, child).surface_velocity;
   const ChildShape& c = info.geometry.compound().children()[child];
   return c.material ? rotate(c.pose.rotation, c.material->surface_velocity) : info.material.surface_velocity;
 }

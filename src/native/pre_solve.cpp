@@ -100,7 +100,9 @@ bool PreSolve::may_stop(const FastPair& pair, Vec3 normal) {
     if (!is_turned && !(answer.a == pair.a && answer.b == pair.b)) continue;
     const std::uint32_t of_a = is_turned ? answer.children.b : answer.children.a;
     const std::uint32_t of_b = is_turned ? answer.children.a : answer.children.b;
-    if (of_a != pair.children.a || of_b != pair.children.b) continue;
+    // A surface is swept as a whole, whatever its materials.
+    const bool any_material = bodies_[pair.a].geometry.is_surface();
+    if ((of_a != pair.children.a && !any_material) || of_b != pair.children.b) continue;
     if (answer.enabled) return true;
     is_known = true;
   }

@@ -26,6 +26,7 @@ void ContactGraph::check_ring(ByteReader& in, std::uint32_t index) const {
   const Contact& c = contacts_[index];
   const auto has_child = [&](std::uint32_t slot, std::uint32_t child) {
     const Geometry& shape = bodies_[slot].geometry;
+    if (shape.is_surface()) return child < std::max<std::size_t>(1, shape.surface().materials().size());
     return child < (shape.is_compound() ? shape.compound().children().size() : 1);
   };
   int firsts = 0;

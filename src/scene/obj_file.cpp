@@ -42,13 +42,14 @@ class Lines {
 
 class ObjReader {
  public:
-  ObjReader(std::string_view text, const std::string& file) : lines_(text), file_(file) {}
+  ObjReader(std::string_view text, const std::string& file) : lines_(text), file_(file) { use_material(""); }
 
   ObjTriangles read() {
     while (lines_.next()) {
       const std::string_view keyword = lines_.word();
       if (keyword == "v") read_vertex();
       if (keyword == "f") read_polygon();
+      if (keyword == "usemtl") use_material(std::string(lines_.word()));
     }
     if (read_.indices.empty())
       throw Error(ErrorCode::file, file_ + ": has no line 'f', so no triangle; export the mesh with its faces");
@@ -87,13 +88,22 @@ class ObjReader {
     return static_cast<std::uint32_t>(from_zero);
   }
 
+  void use_material(const std::string& name) {
+    const auto found = std::ranges::find(read_.materials, name);
+    material_ = static_cast<std::uint32_t>(found - read_.materials.begin());
+    if (found == read_.materials.end()) read_.materials.push_back(name);
+  }
+
   void read_polygon() {
     std::uint32_t first = 0, last = 0;
     int corners = 0;
     for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word(), ++corners) {
       const std::uint32_t corner = read_corner(word);
       if (corners == 0) first = corner;
-      if (corners >= 2) read_.indices.insert(read_.indices.end(), {first, last, corner});
+      if (corners >= 2) {
+        read_.indices.insert(read_.indices.end(), {first, last, corner});
+        read_.material_of.push_back(material_);
+      }
       last = corner;
     }
     if (corners < 3) fail("a polygon has at least 3 corners, not " + std::to_string(corners) + "; remove the line");
@@ -102,6 +112,7 @@ class ObjReader {
   Lines lines_;
   const std::string& file_;
   ObjTriangles read_;
+  std::uint32_t material_ = 0;
 };
 
 }  // namespace

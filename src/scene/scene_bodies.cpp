@@ -145,11 +145,11 @@ Filter read_filter(const TomlTable& outer, const toml::node& node) {
   return filter;
 }
 
-/// What `key` of the table refers to in the section [keys] of the file, e.g. [shapes.wheel] for shape = "wheel".
-std::pair<const toml::node*, std::string> look_up_node(const TomlTable& root, const TomlTable& table,
-                                                       std::string_view key) {
-  std::string name;
-  table.read(key, name);
+/// What the entry `at` of the table refers to by its `name` in the section [keys] of the file, e.g. [shapes.wheel] for
+/// the key "shape" and the name "wheel".
+std::pair<const toml::node*, std::string> node_named(const TomlTable& root, const TomlTable& table,
+                                                     const toml::node& at, std::string_view key,
+                                                     const std::string& name) {
   const std::string section = std::string(key) + "s";
   std::vector<std::string_view> known;
   if (const toml::node* node = root.find(section))
@@ -157,9 +157,17 @@ std::pair<const toml::node*, std::string> look_up_node(const TomlTable& root, co
       if (other.str() == name) return {&value, "[" + section + "." + name + "]"};
       known.push_back(other.str());
     }
-  table.fail(*table.find(key), "there is no [" + section + "." + name + "]" +
-                                   (known.empty() ? "; write one, or the " + std::string(key) + " itself as a table"
-                                                  : suggestion(name, known)));
+  table.fail(at, "there is no [" + section + "." + name + "]" +
+                     (known.empty() ? "; write one, or the " + std::string(key) + " itself as a table"
+                                    : suggestion(name, known)));
+}
+
+/// The same for the value of `key`.
+std::pair<const toml::node*, std::string> look_up_node(const TomlTable& root, const TomlTable& table,
+                                                       std::string_view key) {
+  std::string name;
+  table.read(key, name);
+  return node_named(root, table, *table.find(key), key, name);
 }
 
 Shape read_shape(const TomlTable& root, const TomlTable& outer, const toml::node& node, const std::string& name);
@@ -197,9 +205,29 @@ Shape read_compound(const TomlTable& root, const toml::table& shape, const std::
   return compound(children);
 }
 
+/// The list `materials` of a surface: names of [materials], or tables.
+std::vector<NamedMaterial> read_materials_of(const TomlTable& root, const TomlTable& shape) {
+  std::vector<NamedMaterial> materials;
+  const toml::node* const list = shape.find("materials");
+  if (!list) return materials;
+  for (const toml::node& entry : shape.as_array(*list, "materials")) {
+    if (entry.is_table()) {
+      materials.push_back({"", read_material(shape, entry, "material " + std::to_string(materials.size()))});
+      continue;
+    }
+    const auto name = entry.value<std::string>();
+    if (!name) shape.fail(entry, "'materials' is a list of tables and names of [materials]");
+    const auto [node, full_name] = node_named(root, shape, entry, "material", *name);
+    materials.push_back({*name, read_material(shape, *node, full_name)});
+  }
+  if (materials.empty()) shape.fail(*list, "'materials' is empty; list some, or leave it out");
+  return materials;
+}
+
 Shape read_shape_of_kind(const TomlTable& root, const TomlTable& outer, const toml::table& shape, ShapeKind kind,
                          const std::string& name) {
   const std::string_view file = outer.file();
+  const auto materials = [&root](const TomlTable& surface) { return read_materials_of(root, surface); };
   switch (kind) {
     case ShapeKind::sphere:
       return read_sphere({shape, name, file, {"type", "radius"}});
@@ -212,9 +240,9 @@ Shape read_shape_of_kind(const TomlTable& root, const TomlTable& outer, const to
     case ShapeKind::cone:
       return read_cone({shape, name, file, {"type", "radius", "height", "top_radius", "sides"}});
     case ShapeKind::mesh:
-      return read_mesh(outer, shape, name);
+      return read_mesh(outer, shape, name, materials);
     case ShapeKind::height_field:
-      return read_height_field(outer, shape, name);
+      return read_height_field(outer, shape, name, materials);
     case ShapeKind::compound:
       return read_compound(root, shape, name);
     case ShapeKind::hull:

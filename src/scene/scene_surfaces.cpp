@@ -209,13 +209,90 @@ Heights made(const TomlTable& table, std::pair<float, float> cell, const Ground&
   return heights;
 }
 
+std::vector<Material> without_names(const std::vector<NamedMaterial>& named) {
+  std::vector<Material> materials;
+  for (const NamedMaterial& one : named) materials.push_back(one.material);
+  return materials;
+}
+
+/// Number of a material; `node` is an entry of the list `key`.
+std::uint8_t material_number(const TomlTable& table, const toml::node& node, std::string_view key, float number,
+                             std::size_t materials) {
+  const double value = static_cast<double>(number);
+  if (!(value >= 0) || value != std::floor(value) || value >= static_cast<double>(materials))
+    table.fail(node, "there is no such material in '" + std::string(key) + "': 'materials' has " +
+                         std::to_string(materials) + ", counted from 0");
+  return static_cast<std::uint8_t>(value);
+}
+
+/// Of a mesh that is listed here: one number per triangle.
+std::vector<std::uint8_t> listed_numbers(const TomlTable& table, std::size_t triangles, std::size_t materials) {
+  const toml::node& node = table.required("triangle_materials", "for each triangle the number of one of 'materials'");
+  std::vector<std::uint8_t> numbers;
+  for (const float number : table.numbers(node, "triangle_materials", triangles, triangles))
+    numbers.push_back(material_number(table, node, "triangle_materials", number, materials));
+  return numbers;
+}
+
+/// Of a mesh from a file: the material with the name after 'usemtl', or the first one.
+std::vector<std::uint8_t> numbers_by_name(const ObjTriangles& mesh, const std::vector<NamedMaterial>& materials) {
+  std::vector<std::uint8_t> number_of;
+  for (const std::string& name : mesh.materials) {
+    const auto found = std::ranges::find(materials, name, &NamedMaterial::name);
+    number_of.push_back(found == materials.end() || name.empty()
+                            ? std::uint8_t{0}
+                            : static_cast<std::uint8_t>(found - materials.begin()));
+  }
+  std::vector<std::uint8_t> numbers;
+  for (const std::uint32_t material : mesh.material_of) numbers.push_back(number_of[material]);
+  return numbers;
+}
+
+/// Of a field: [i, j, number] for a cell, [i, j, k, l, number] for those from (i, j) to (k, l); others have 0.
+std::vector<std::uint8_t> cell_numbers(const TomlTable& table, std::size_t across, std::size_t along,
+                                       std::size_t materials) {
+  constexpr std::string_view key = "cell_materials";
+  std::vector<std::uint8_t> numbers(across * along);
+  const toml::node& node = table.required(key, "arrays [i, j, number] of cells and numbers of 'materials'");
+  for (const toml::node& entry : table.as_array(node, key)) {
+    const std::size_t length = table.as_array(entry, key).size();
+    if (length != 3 && length != 5)
+      table.fail(entry,
+                 "'cell_materials' has arrays [i, j, number] for a cell, or [i, j, k, l, number] for those "
+                 "from (i, j) to (k, l)");
+    const std::vector<float> all = table.numbers(entry, key, length, length);
+    const auto cell = [&](std::size_t at, std::size_t limit) {
+      const double value = static_cast<double>(all[at]);
+      if (!(value >= 0) || value != std::floor(value) || value >= static_cast<double>(limit))
+        table.fail(entry, "there is no such cell in 'cell_materials': they go from 0 to " + std::to_string(limit - 1));
+      return static_cast<std::size_t>(value);
+    };
+    const std::size_t i0 = cell(0, across), j0 = cell(1, along);
+    const std::size_t i1 = length == 5 ? cell(2, across) : i0, j1 = length == 5 ? cell(3, along) : j0;
+    const std::uint8_t number = material_number(table, entry, key, all.back(), materials);
+    for (std::size_t j = j0; j <= j1; ++j)
+      for (std::size_t i = i0; i <= i1; ++i) numbers[j * across + i] = number;
+  }
+  return numbers;
+}
+
+/// The list and the numbers go together.
+void require_materials_for(const TomlTable& table, std::string_view numbers,
+                           const std::vector<NamedMaterial>& materials) {
+  if (const toml::node* node = table.find(numbers); node && materials.empty())
+    table.fail(*node, "'" + std::string(numbers) + "' needs a list of 'materials'");
+}
+
 }  // namespace
 
-Shape read_mesh(const TomlTable& outer, const toml::table& shape, const std::string& name) {
-  const TomlTable table(shape, name, outer.file(), {"type", "file", "scale", "vertices", "triangles"});
+Shape read_mesh(const TomlTable& outer, const toml::table& shape, const std::string& name,
+                const ReadMaterials& read_materials) {
+  const TomlTable table(shape, name, outer.file(),
+                        {"type", "file", "scale", "vertices", "triangles", "materials", "triangle_materials"});
   ObjTriangles read;
+  const std::vector<NamedMaterial> materials = read_materials(table);
   if (table.has("file")) {
-    refuse_with(table, "file", {"vertices", "triangles"});
+    refuse_with(table, "file", {"vertices", "triangles", "triangle_materials"});
     const SurfaceFile file = read_file(table, "a mesh (*.obj)");
     read = parse_obj(file.content, file.path);
   } else {
@@ -223,13 +300,19 @@ Shape read_mesh(const TomlTable& outer, const toml::table& shape, const std::str
   }
   const Vec3 scale = read_scale(table);
   for (Vec3& vertex : read.vertices) vertex = {scale.x * vertex.x, scale.y * vertex.y, scale.z * vertex.z};
-  return mesh(read.vertices, read.indices);
+  require_materials_for(table, "triangle_materials", materials);
+  std::vector<std::uint8_t> numbers;
+  if (!materials.empty())
+    numbers = table.has("file") ? numbers_by_name(read, materials)
+                                : listed_numbers(table, read.indices.size() / 3, materials.size());
+  return mesh(read.vertices, read.indices, {without_names(materials), numbers});
 }
 
-Shape read_height_field(const TomlTable& outer, const toml::table& shape, const std::string& name) {
-  const TomlTable table(
-      shape, name, outer.file(),
-      {"type", "columns", "rows", "cell", "heights", "file", "scale", "offset", "waves", "hills", "holes"});
+Shape read_height_field(const TomlTable& outer, const toml::table& shape, const std::string& name,
+                        const ReadMaterials& read_materials) {
+  const TomlTable table(shape, name, outer.file(),
+                        {"type", "columns", "rows", "cell", "heights", "file", "scale", "offset", "waves", "hills",
+                         "holes", "materials", "cell_materials"});
   const std::string_view source =
       only_one_of(table, {"heights", "file", "waves", "hills"},
                   "one of 'heights' (a list, m), 'file' (*.pgm), 'waves' and 'hills': where its heights come from");
@@ -252,6 +335,13 @@ Shape read_height_field(const TomlTable& outer, const toml::table& shape, const 
     }
     def.holes = {holes.get(), across * along};
   }
+  const std::vector<NamedMaterial> named = read_materials(table);
+  require_materials_for(table, "cell_materials", named);
+  const std::vector<Material> materials = without_names(named);
+  std::vector<std::uint8_t> numbers;
+  if (!materials.empty() && heights.columns >= 2 && heights.rows >= 2)
+    numbers = cell_numbers(table, def.columns - 1, def.rows - 1, materials.size());
+  def.materials = {materials, numbers};
   return height_field(def);
 }
 

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fathom/error.hpp>
-#include <fathom/mesh.hpp>
 #include <string>
 
 #include "math/text.hpp"
 #include "math/vec3d.hpp"
+#include "terrain/height_field_builder.hpp"
 
 namespace fathom {
 namespace {
@@ -41,7 +41,7 @@ void check(const HeightFieldDef& def) {
 
 }  // namespace
 
-Shape height_field(const HeightFieldDef& def) {
+std::shared_ptr<const HeightField> HeightFieldBuilder::build(const HeightFieldDef& def) {
   check(def);
   auto field = std::make_shared<HeightField>();
   field->columns_ = def.columns, field->rows_ = def.rows;
@@ -52,11 +52,10 @@ Shape height_field(const HeightFieldDef& def) {
     for (std::size_t cell = 0; cell < def.holes.size(); ++cell)
       field->holes_[cell / 64] |= std::uint64_t{def.holes[cell]} << cell % 64;
   }
+  field->materials_.assign(def.materials.list.begin(), def.materials.list.end());
+  field->material_numbers_.assign(def.materials.numbers.begin(), def.materials.numbers.end());
   field->measure();
-  Shape shape;
-  shape.type = ShapeType::height_field;
-  shape.surface = std::move(field);
-  return shape;
+  return field;
 }
 
 void HeightField::measure() {
@@ -107,7 +106,8 @@ void HeightField::find(const Aabb& box, std::vector<std::uint32_t>& found) const
 }
 
 std::size_t HeightField::memory_bytes() const {
-  return heights_.capacity() * sizeof(float) + holes_.capacity() * sizeof(std::uint64_t);
+  return heights_.capacity() * sizeof(float) + holes_.capacity() * sizeof(std::uint64_t) + materials().size_bytes() +
+         material_numbers().size_bytes();
 }
 
 }  // namespace fathom

@@ -23,7 +23,7 @@ void TriangleMesh::find(const Aabb& box, std::vector<std::uint32_t>& found) cons
 
 std::size_t TriangleMesh::memory_bytes() const {
   return vertices_.capacity() * sizeof(Vec3) + indices_.capacity() * sizeof(std::uint32_t) +
-         nodes_.capacity() * sizeof(Node);
+         nodes_.capacity() * sizeof(Node) + materials().size_bytes() + material_numbers().size_bytes();
 }
 
 }  // namespace fathom

@@ -43,11 +43,13 @@ bool has_area(Vec3 a, Vec3 b, Vec3 c) {
 }  // namespace
 
 std::shared_ptr<const TriangleMesh> MeshBuilder::build(std::span<const Vec3> vertices,
-                                                       std::span<const std::uint32_t> indices) {
+                                                       std::span<const std::uint32_t> indices,
+                                                       const SurfaceMaterials& materials) {
   check(vertices, indices);
   auto mesh = std::make_shared<TriangleMesh>();
   MeshBuilder builder(*mesh);
-  builder.join_vertices(vertices, indices);
+  builder.join_vertices(vertices, indices, materials.numbers);
+  mesh->materials_.assign(materials.list.begin(), materials.list.end());
   if (builder.given_.empty())
     throw Error(ErrorCode::degenerate_shape, indices.empty()
                                                  ? "fathom::mesh: there are no triangles"
@@ -58,7 +60,8 @@ std::shared_ptr<const TriangleMesh> MeshBuilder::build(std::span<const Vec3> ver
 }
 
 // Merges vertices at equal positions; drops those used only by triangles without area.
-void MeshBuilder::join_vertices(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices) {
+void MeshBuilder::join_vertices(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices,
+                                std::span<const std::uint8_t> numbers) {
   std::vector<std::uint32_t> order(vertices.size());
   std::iota(order.begin(), order.end(), 0u);
   const auto position = [&](std::uint32_t i) { return std::tuple(vertices[i].x, vertices[i].y, vertices[i].z); };
@@ -81,6 +84,7 @@ void MeshBuilder::join_vertices(std::span<const Vec3> vertices, std::span<const 
       }
       given_.push_back(number[corner]);
     }
+    if (!numbers.empty()) numbers_.push_back(numbers[t / 3]);
   }
 }
 
@@ -98,14 +102,10 @@ void MeshBuilder::make_tree() {
   mesh_.indices_.reserve(given_.size());
   for (const std::uint32_t t : order)
     for (std::size_t k = 0; k < 3; ++k) mesh_.indices_.push_back(given_[3 * std::size_t{t} + k]);
+  mesh_.material_numbers_.reserve(numbers_.size());
+  for (const std::uint32_t t : order)
+    if (!numbers_.empty()) mesh_.material_numbers_.push_back(numbers_[t]);
   mesh_.bounds_ = {mesh_.nodes_[0].lower, mesh_.nodes_[0].upper};
-}
-
-Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices) {
-  Shape shape;
-  shape.type = ShapeType::mesh;
-  shape.surface = MeshBuilder::build(vertices, indices);
-  return shape;
 }
 
 }  // namespace fathom

@@ -90,6 +90,7 @@ struct SurfaceTouch {
   Manifold manifold;  ///< points that count
   Vec3 normal;
   float nearest;  ///< m, of all its points
+  std::uint8_t material;
   bool touches, is_doubtful, is_deep;
 };
 
@@ -98,20 +99,23 @@ struct PatchSet {
   SurfaceTouch touches[team::size];  ///< with one triangle for each work-item of a team
   SurfacePatch patches[max_surface_manifolds];
   float nearest[max_surface_manifolds];  ///< m, least separation of each
+  std::uint8_t materials[max_surface_manifolds];
   int count;
 
-  FATHOM_HD void add(const Manifold& m, const Tolerance& tolerance) {
+  FATHOM_HD void add(const Manifold& m, std::uint8_t material, const Tolerance& tolerance) {
     const float near = nearest_separation(m);
     int best = -1;
     float most = same_direction;
     for (int g = 0; g < count; ++g)
-      if (const float cosine = dot(patches[g].normal(), m.normal); cosine > most) best = g, most = cosine;
+      if (const float cosine = dot(patches[g].normal(), m.normal); cosine > most && materials[g] == material)
+        best = g, most = cosine;
     if (best < 0) {
       const bool is_full = count == max_surface_manifolds;  // more directions than anything can rest on
       best = is_full ? shallowest() : count++;
       if (is_full && near >= nearest[best]) return;
       patches[best].begin(m.normal, tolerance);
       nearest[best] = near;
+      materials[best] = material;
     } else if (near < nearest[best]) {
       patches[best].set_normal(m.normal);
       nearest[best] = near;
@@ -149,6 +153,7 @@ FATHOM_HD SurfaceTouch touch_of(std::uint32_t number, const TrianglesAround& aro
   if (!touch.touches) return touch;
   touch.manifold = contact.manifold;
   touch.normal = contact.manifold.normal;
+  touch.material = around.surface.material_of(number);
   touch.nearest = nearest_separation(contact.manifold);
   touch.is_doubtful = contact.is_doubtful, touch.is_deep = contact.is_deep;
   if (contact.is_doubtful && !in_full) leave_true_points(touch.manifold, around, tolerance.side);
@@ -200,7 +205,7 @@ FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, co
             } else {
               any_sure = true;
             }
-            if (touch.manifold.count > 0 && team::is_leader()) set.add(touch.manifold, tolerance);
+            if (touch.manifold.count > 0 && team::is_leader()) set.add(touch.manifold, touch.material, tolerance);
           }
         });
     // If all touches are deeper than the shape is thick, it leaves along the shortest way: once more, for that alone.
@@ -227,6 +232,7 @@ FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, co
       const int at = i == 0 ? g : second++;
       contact.manifolds[at] = m;
       contact.is_reduced[at] = is_reduced;
+      contact.materials[at] = set.materials[deepest];
     }
   }
   contact.count = second;

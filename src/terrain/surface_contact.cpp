@@ -31,18 +31,20 @@ void add_doubtful(std::vector<SurfaceScratch::Touch>& touches, std::vector<Surfa
   }
 }
 
-/// Assigns every touch to a group. Returns the number of groups; `normals` gets theirs, deepest first.
-int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surface_manifolds]) {
+/// Assigns every touch to a group. Returns the number of groups; `normals` and `materials` get theirs, deepest first.
+int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surface_manifolds],
+          std::uint8_t (&materials)[max_surface_manifolds]) {
   int groups = 0;
   for (SurfaceScratch::Touch& touch : touches) {
     int best = -1;
     float nearest = same_direction;
     for (int g = 0; g < groups; ++g) {
       const float cosine = dot(normals[g], touch.manifold.normal);
-      if (cosine > nearest) best = g, nearest = cosine;
+      if (cosine > nearest && materials[g] == touch.material) best = g, nearest = cosine;
     }
     if (best < 0 && groups < max_surface_manifolds) {
       best = groups;
+      materials[groups] = touch.material;
       normals[groups++] = touch.manifold.normal;
     }
     touch.group = best;  // −1: no group, as there are more directions than anything can rest on
@@ -73,12 +75,17 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
   const FoundTriangles found(eights, index);
   touches.clear(), doubtful.clear(), pushed.clear();
   for (const SurfacePush& push : pushes) pushed.push_back(push.normal);
-  for (const EightTriangles& eight : eights) {
+  const bool has_materials = !surface.materials().empty();
+  for (std::size_t e = 0; e < eights.size(); ++e) {
+    const EightTriangles& eight = eights[e];
     const TriangleAxes axes = axes_of(eight, shape, margin, pushed);
     for (unsigned near = axes.near; near != 0; near &= near - 1) {
       const int lane = lowest_bit(near);
       const auto [m, is_doubtful, is_deep] = collide_triangle(eight.at(lane), axes.at(lane), shape, margin, found);
-      if (m.count > 0) (is_doubtful ? doubtful : touches).push_back({m, nearest_separation(m), is_deep, 0});
+      if (m.count == 0) continue;
+      const std::uint32_t material = has_materials ? surface.material_of(triangles[8 * e + lane]) : 0;
+      (is_doubtful ? doubtful : touches)
+          .push_back({m, nearest_separation(m), is_deep, static_cast<std::uint8_t>(material), 0});
     }
   }
   const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
@@ -87,7 +94,7 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
   std::ranges::stable_sort(touches, {}, &SurfaceScratch::Touch::nearest);
 
   Vec3 normals[max_surface_manifolds];
-  contact.count = group(touches, normals);
+  contact.count = group(touches, normals, contact.materials);
   int second = contact.count;  // follows the first manifolds of all groups
   for (int g = 0; g < contact.count; ++g) {
     SurfacePatch patch(normals[g], tolerance);
@@ -105,6 +112,7 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
       const int at = &m == &both[0] ? g : second++;
       contact.manifolds[at] = m;
       contact.is_reduced[at] = is_reduced;
+      contact.materials[at] = contact.materials[g];
     }
   }
   contact.count = second;

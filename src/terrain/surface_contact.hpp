@@ -1,4 +1,4 @@
-// Contacts of a surface with a convex shape: one manifold per contact direction.
+// Contacts of a surface with a convex shape: one manifold per contact direction and material.
 //
 // A box may lie on hundreds of triangles. Their points are grouped by normal, and each group keeps the points of its
 // largest patch: a box on a flat floor has one manifold of four points however fine the floor is.
@@ -19,6 +19,7 @@ struct SurfaceScratch {
     Manifold manifold;
     float nearest;  ///< separation (m)
     bool is_deep;   ///< see `TriangleContact`
+    std::uint8_t material;
     int group;
   };
   std::vector<std::uint32_t> triangles;  ///< found by the search

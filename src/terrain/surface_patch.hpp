@@ -14,7 +14,8 @@ inline constexpr float alike_normals = 0.9f;
 
 struct SurfaceContact {
   Manifold manifolds[max_surface_manifolds];
-  bool is_reduced[max_surface_manifolds];  ///< it lacks some points
+  bool is_reduced[max_surface_manifolds];         ///< it lacks some points
+  std::uint8_t materials[max_surface_manifolds];  ///< which of the surface's it has
   int count = 0;
 };
 

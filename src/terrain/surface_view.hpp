@@ -19,6 +19,13 @@ struct SurfaceView {
   const std::uint64_t* holes = nullptr;  ///< a bit per cell; null: none
   std::uint32_t columns = 0, rows = 0;   ///< samples
   float cell_x = 1, cell_y = 1;          ///< m
+  const Material* materials = nullptr;   ///< null: all triangles have the body's
+  const std::uint8_t* material_numbers = nullptr;
+
+  /// Which of `materials` a triangle has; 0 if there are none.
+  FATHOM_HD std::uint8_t material_of(std::uint32_t number) const {
+    return materials ? material_numbers[heights ? number / 2 : number] : std::uint8_t{0};
+  }
 
   /// Position of the vertex that has this name in triangles.
   FATHOM_HD Vec3 vertex(std::uint32_t name) const {

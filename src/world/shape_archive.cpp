@@ -41,10 +41,23 @@ void SurfaceArchive::write(ByteWriter& out, ShapeType type, const Surface& surfa
   if (type == ShapeType::mesh) {
     const auto& mesh = static_cast<const TriangleMesh&>(surface);
     out(mesh.vertices_, mesh.indices_, mesh.nodes_);
-    return;
+  } else {
+    const auto& field = static_cast<const HeightField&>(surface);
+    out(field.columns_, field.rows_, field.cell_x_, field.cell_y_, field.heights_, field.holes_);
   }
-  const auto& field = static_cast<const HeightField&>(surface);
-  out(field.columns_, field.rows_, field.cell_x_, field.cell_y_, field.heights_, field.holes_);
+  out(static_cast<std::uint32_t>(surface.materials_.size()), surface.material_numbers_);
+  for (const Material& material : surface.materials_) archive_material(out, material);
+}
+
+void SurfaceArchive::read_materials(ByteReader& in, Surface& surface) {
+  std::uint32_t count = 0;
+  in(count, surface.material_numbers_);
+  in.require(count <= 256);
+  surface.materials_.resize(count);
+  for (Material& material : surface.materials_) archive_material(in, material);
+  const std::size_t numbers = count == 0 ? 0 : surface.triangle_count() / surface.triangles_per_number_;
+  in.require(surface.material_numbers_.size() == numbers);
+  for (const std::uint8_t number : surface.material_numbers_) in.require(number < count);
 }
 
 std::shared_ptr<const Surface> SurfaceArchive::read(ByteReader& in, ShapeType type) {
@@ -57,6 +70,7 @@ std::shared_ptr<const Surface> SurfaceArchive::read_mesh(ByteReader& in) {
   check_triangles(in, *mesh);
   check_tree(in, *mesh);
   measure_tree(*mesh);
+  read_materials(in, *mesh);
   return mesh;
 }
 
@@ -123,6 +137,7 @@ std::shared_ptr<const Surface> SurfaceArchive::read_height_field(ByteReader& in)
   for (const float height : field->heights_) in.require(abs(height) <= farthest);
   in.require(field->holes_.empty() || field->holes_.size() == ((columns - 1) * (rows - 1) + 63) / 64);
   field->measure();
+  read_materials(in, *field);
   return field;
 }
 

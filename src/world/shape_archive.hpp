@@ -27,6 +27,7 @@ struct SurfaceArchive {
  private:
   static std::shared_ptr<const Surface> read_mesh(ByteReader& in);
   static std::shared_ptr<const Surface> read_height_field(ByteReader& in);
+  static void read_materials(ByteReader& in, Surface& surface);
   static void check_triangles(ByteReader& in, const TriangleMesh& mesh);
   static void check_tree(ByteReader& in, const TriangleMesh& mesh);
   static void measure_tree(TriangleMesh& mesh);

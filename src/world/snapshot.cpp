@@ -17,7 +17,7 @@ namespace fathom {
 namespace {
 
 constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
-constexpr std::uint32_t version = 29;
+constexpr std::uint32_t version = 30;
 constexpr std::size_t head_size = 32;
 
 /// A definition without what is specific to the machine: threads, device and log.
