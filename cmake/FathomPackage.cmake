@@ -35,7 +35,7 @@ if(NOT BUILD_SHARED_LIBS)
   set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS libhwy-dev)
 endif()
 # What the components ask for beside the library.
-set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libtomlplusplus-dev, libfmt-dev, libspdlog-dev, libzstd-dev, libepoxy-dev, libpng-dev, zlib1g-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libtomlplusplus-dev, libtinygltf-dev, libfmt-dev, libspdlog-dev, libzstd-dev, libepoxy-dev, libpng-dev, zlib1g-dev")
 
 set(needs_library "")
 if(BUILD_SHARED_LIBS)

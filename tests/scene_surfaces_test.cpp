@@ -9,6 +9,7 @@
 #include <fstream>
 #include <string>
 
+#include "scene/gltf_file.hpp"
 #include "scene/obj_file.hpp"
 #include "scene/pgm_file.hpp"
 #include "scene/random.hpp"
@@ -166,6 +167,72 @@ TEST_F(SceneSurfaces, TrianglesHaveTheMaterialsOfAFile) {
   EXPECT_THAT(mesh.material_numbers(), testing::UnorderedElementsAre(0, 1, 1, 2, 0));
 }
 
+std::string bytes_of(const auto& numbers) {
+  return {reinterpret_cast<const char*>(std::data(numbers)), std::size(numbers) * sizeof(numbers[0])};
+}
+
+/// A binary glTF file of a square, 2 m wide, y up: two indexed triangles of ice, and a strip of the same without a
+/// material, placed by the nodes.
+std::string square_glb(std::string nodes) {
+  const float corners[] = {-1, 0, 1, 1, 0, 1, 1, 0, -1, -1, 0, -1};
+  const std::uint16_t indices[] = {0, 1, 2, 0, 2, 3, 0, 1, 3, 2};
+  std::string content = bytes_of(corners) + bytes_of(indices);
+  std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":)" + std::move(nodes) +
+      R"(,"materials":[{"name":"ice"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0},)"
+      R"({"attributes":{"POSITION":0},"indices":2,"mode":5}]}],"buffers":[{"byteLength":68}],"bufferViews":[)"
+      R"({"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":20}],"accessors":[)"
+      R"({"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[-1,0,-1],"max":[1,0,1]},)"
+      R"({"bufferView":1,"componentType":5123,"count":6,"type":"SCALAR"},)"
+      R"({"bufferView":1,"byteOffset":12,"componentType":5123,"count":4,"type":"SCALAR"}]})";
+  while (json.size() % 4 != 0) json += ' ';
+  const auto word = [](std::size_t number) {
+    const auto value = static_cast<std::uint32_t>(number);
+    return std::string(reinterpret_cast<const char*>(&value), 4);
+  };
+  return "glTF" + word(2) + word(12 + 8 + json.size() + 8 + content.size()) + word(json.size()) + "JSON" + json +
+         word(content.size()) + std::string("BIN\0", 4) + content;
+}
+
+TEST_F(SceneSurfaces, AGltfFileStandsUpright) {
+  // The child is mirrored and 3 m to the side of its parent, which is 1 m up.
+  write("squares.glb", square_glb(R"([{"mesh":0,"translation":[0,1,0],"children":[1]},)"
+                                  R"({"mesh":0,"translation":[3,0,0],"scale":[-1,1,1]}])"));
+  const Scene scene = parse(
+      "type = \"mesh\"\nfile = \"squares.glb\"\nmaterials = [\"rock\", \"ice\"]\n"
+      "[materials.ice]\nfriction = 0.05\n[materials.rock]\nfriction = 0.7");
+  const TriangleMesh& mesh = mesh_of(scene);
+  EXPECT_TRUE(mesh.bounds().lower == (Vec3{-1, -1, 1}));
+  EXPECT_TRUE(mesh.bounds().upper == (Vec3{4, 1, 1}));
+  ASSERT_EQ(mesh.triangle_count(), 8u);
+  for (std::uint32_t t = 0; t < 8; ++t) {
+    const Triangle triangle = mesh.triangle(t);
+    EXPECT_GT(cross(triangle.corners[1] - triangle.corners[0], triangle.corners[2] - triangle.corners[0]).z, 0) << t;
+  }
+  EXPECT_EQ(std::ranges::count(mesh.material_numbers(), 1), 4);
+}
+
+TEST_F(SceneSurfaces, MistakesInAGltfFileAreNamed) {
+  const std::string one = R"([{"mesh":0}])", sound = square_glb(one);
+  const auto with = [&](const std::string& what, const std::string& instead) {
+    std::string changed = sound;
+    changed.replace(changed.find(what), what.size(), instead);
+    write("bad.glb", changed);
+    return error("type = \"mesh\"\nfile = \"bad.glb\"");
+  };
+  EXPECT_THAT(with("glTF", "glTX"), testing::HasSubstr("bad.glb: is no glTF 2.0 file that can be read: "));
+  EXPECT_THAT(with("\"count\":4,\"type\":\"VEC3\"", "\"count\":9,\"type\":\"VEC3\""),
+              testing::HasSubstr("has an accessor that reaches beyond its buffer"));
+  EXPECT_THAT(with("\"componentType\":5126", "\"componentType\":5123"),
+              testing::HasSubstr("has positions that are not three floats each"));
+  EXPECT_THAT(with("\"POSITION\":0},\"indices\":1", "\"POSITION\":7},\"indices\":1"),
+              testing::HasSubstr("refers to accessor 7, but has 3"));
+  write("bad.glb", square_glb(R"([{"mesh":0,"children":[0]}])"));
+  EXPECT_THAT(error("type = \"mesh\"\nfile = \"bad.glb\""), testing::HasSubstr("has a node that is its own ancestor"));
+  write("bad.glb", square_glb(R"([{}])"));
+  EXPECT_THAT(error("type = \"mesh\"\nfile = \"bad.glb\""), testing::HasSubstr("has no triangle in its scene"));
+}
+
 TEST_F(SceneSurfaces, CellsHaveMaterials) {
   const Scene scene = parse(
       "type = \"height_field\"\ncell = 1\ncolumns = 4\nrows = 3\nheights = [0,0,0,0, 0,0,0,0, 0,0,0,0]\n"
@@ -246,7 +313,8 @@ struct Mistake {
 
 TEST_F(SceneSurfaces, MistakesOfMeshes) {
   const std::string mesh = "type = \"mesh\"\n";
-  const std::string lists = "lists [x, y, z] of 'vertices' (m) and [0, 1, 2] of 'triangles', or a 'file' (*.obj)";
+  const std::string lists =
+      "lists [x, y, z] of 'vertices' (m) and [0, 1, 2] of 'triangles', or a 'file' (*.obj, *.gltf, *.glb)";
   write("pyramid.obj", pyramid_obj);
   std::filesystem::create_directory(folder_ / "folder.obj");
   const std::string corners = mesh + "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\n";
@@ -290,10 +358,12 @@ TEST_F(SceneSurfaces, MistakesOfMeshes) {
        "scene.toml:4:1: unknown key 'cell' in [shapes.ground]; known: type, file, scale, vertices, triangles"},
       {mesh + "file = 3", "scene.toml:3:8: 'file' must be a string, not an integer"},
       {mesh + "file = \"absent.obj\"",
-       "scene.toml:3:8: there is no file absent.obj; give the path of a mesh (*.obj) from the scene file's folder"},
+       "scene.toml:3:8: there is no file absent.obj; give the path of a mesh (*.obj, *.gltf, *.glb) from the scene "
+       "file's folder"},
       {mesh + "file = \"\"", "scene.toml:3:8: there is no file named ''; give the path of a mesh "},
       {mesh + "file = \"folder.obj\"",
-       "scene.toml:3:8: folder.obj is a folder; give the path of a mesh (*.obj) from the scene file's folder"},
+       "scene.toml:3:8: folder.obj is a folder; give the path of a mesh (*.obj, *.gltf, *.glb) from the scene file's "
+       "folder"},
   };
   for (const Mistake& mistake : mistakes)
     EXPECT_THAT(error(mistake.keys), testing::StartsWith(mistake.error)) << mistake.keys;
@@ -480,11 +550,16 @@ int read_of(int count, const std::string& sound, const Parse& parse) {
 TEST_F(SceneSurfaces, WhateverIsInAFileIsReadOrRefused) {
   constexpr int count = 4000;
   const int meshes = read_of(count, pyramid_obj, [](const std::string& text) {
-    const ObjTriangles read = parse_obj(text, "ground.obj");
+    const FileTriangles read = parse_obj(text, "ground.obj");
     for (const std::uint32_t index : read.indices) ASSERT_LT(index, read.vertices.size());
   });
   EXPECT_GT(meshes, count / 20);
   EXPECT_LT(meshes, count * 19 / 20);
+  const std::string glb = square_glb(R"([{"mesh":0,"translation":[0,1,0],"children":[1]},{"mesh":0}])");
+  read_of(count, glb, [](const std::string& text) {
+    const FileTriangles read = parse_gltf(text, "ground.glb");
+    for (const std::uint32_t index : read.indices) ASSERT_LT(index, read.vertices.size());
+  });
   for (const char* white : {"255", "65535"}) {
     const std::string sound = "P5\n# grey\n4 3\n" + std::string(white) + "\n" + std::string(24, 'g');
     const int pictures = read_of(count, sound, [](const std::string& text) {

@@ -18,6 +18,7 @@ int view(const ViewOptions& options);
 /// Prints the effective configuration with the origin of each value, or writes it to a file.
 int config(const ConfigOptions& options);
 int table(const TableOptions& options);
+int save_shape(const SaveShapeOptions& options);
 int bench(const BenchOptions& options);
 int validate(const ValidateOptions& options);
 /// Writes a folder for an error report.

@@ -73,6 +73,8 @@ class Program {
     add("run", "Simulate an environment or a scene file and print its figures", declare_run, run);
     add("play", "Run a scene inside the engine's main loop, headless or in a window", declare_play, play);
     add("table", "Print results of 'run --json' side by side", declare_table, table);
+    add("save-shape", "Write a body's shape as a file that loads without being built again", declare_save_shape,
+        save_shape);
     add("validate", "Check physical laws and published tests, and write a report", declare_validate, validate);
 #ifdef FATHOM_HAS_RENDER
     add("render", "Draw a run into pictures, films or a web page", declare_render, render);

@@ -67,6 +67,11 @@ struct TableOptions {
   std::vector<std::string> files;
 };
 
+/// Options of `fathom save-shape`.
+struct SaveShapeOptions {
+  std::string scene, body, output;
+};
+
 /// Options of `fathom config`.
 struct ConfigOptions {
   RunOptions run;     ///< what to configure; the scene may be absent
@@ -103,6 +108,7 @@ void declare_run(CLI::App& command, RunOptions& options);
 void declare_play(CLI::App& command, RunOptions& options);
 void declare_config(CLI::App& command, ConfigOptions& options);
 void declare_table(CLI::App& command, TableOptions& options);
+void declare_save_shape(CLI::App& command, SaveShapeOptions& options);
 void declare_validate(CLI::App& command, ValidateOptions& options);
 void declare_bug_report(CLI::App& command, BugReportOptions& options);
 

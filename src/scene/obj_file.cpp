@@ -42,14 +42,14 @@ class Lines {
 
 class ObjReader {
  public:
-  ObjReader(std::string_view text, const std::string& file) : lines_(text), file_(file) { use_material(""); }
+  ObjReader(std::string_view text, const std::string& file) : lines_(text), file_(file) { read_.material_number(""); }
 
-  ObjTriangles read() {
+  FileTriangles read() {
     while (lines_.next()) {
       const std::string_view keyword = lines_.word();
       if (keyword == "v") read_vertex();
       if (keyword == "f") read_polygon();
-      if (keyword == "usemtl") use_material(std::string(lines_.word()));
+      if (keyword == "usemtl") material_ = read_.material_number(std::string(lines_.word()));
     }
     if (read_.indices.empty())
       throw Error(ErrorCode::file, file_ + ": has no line 'f', so no triangle; export the mesh with its faces");
@@ -88,12 +88,6 @@ class ObjReader {
     return static_cast<std::uint32_t>(from_zero);
   }
 
-  void use_material(const std::string& name) {
-    const auto found = std::ranges::find(read_.materials, name);
-    material_ = static_cast<std::uint32_t>(found - read_.materials.begin());
-    if (found == read_.materials.end()) read_.materials.push_back(name);
-  }
-
   void read_polygon() {
     std::uint32_t first = 0, last = 0;
     int corners = 0;
@@ -111,12 +105,12 @@ class ObjReader {
 
   Lines lines_;
   const std::string& file_;
-  ObjTriangles read_;
+  FileTriangles read_;
   std::uint32_t material_ = 0;
 };
 
 }  // namespace
 
-ObjTriangles parse_obj(std::string_view text, const std::string& file) { return ObjReader(text, file).read(); }
+FileTriangles parse_obj(std::string_view text, const std::string& file) { return ObjReader(text, file).read(); }
 
 }  // namespace fathom

@@ -28,16 +28,17 @@ constexpr std::array<Choice<MotionType>, 4> motions{{{"static", MotionType::fixe
                                                      {"dynamic", MotionType::dynamic}}};
 
 /// A shape's type in a file. Cylinders and cones are hulls.
-enum class ShapeKind : std::uint8_t { sphere, capsule, box, hull, cylinder, cone, mesh, height_field, compound };
-constexpr std::array<Choice<ShapeKind>, 9> shape_kinds{{{"sphere", ShapeKind::sphere},
-                                                        {"capsule", ShapeKind::capsule},
-                                                        {"box", ShapeKind::box},
-                                                        {"hull", ShapeKind::hull},
-                                                        {"cylinder", ShapeKind::cylinder},
-                                                        {"cone", ShapeKind::cone},
-                                                        {"mesh", ShapeKind::mesh},
-                                                        {"height_field", ShapeKind::height_field},
-                                                        {"compound", ShapeKind::compound}}};
+enum class ShapeKind : std::uint8_t { sphere, capsule, box, hull, cylinder, cone, mesh, height_field, compound, saved };
+constexpr std::array<Choice<ShapeKind>, 10> shape_kinds{{{"sphere", ShapeKind::sphere},
+                                                         {"capsule", ShapeKind::capsule},
+                                                         {"box", ShapeKind::box},
+                                                         {"hull", ShapeKind::hull},
+                                                         {"cylinder", ShapeKind::cylinder},
+                                                         {"cone", ShapeKind::cone},
+                                                         {"mesh", ShapeKind::mesh},
+                                                         {"height_field", ShapeKind::height_field},
+                                                         {"compound", ShapeKind::compound},
+                                                         {"saved", ShapeKind::saved}}};
 
 template <class T>
 using Named = std::map<std::string, T, std::less<>>;
@@ -245,6 +246,8 @@ Shape read_shape_of_kind(const TomlTable& root, const TomlTable& outer, const to
       return read_height_field(outer, shape, name, materials);
     case ShapeKind::compound:
       return read_compound(root, shape, name);
+    case ShapeKind::saved:
+      return read_saved_shape(outer, shape, name);
     case ShapeKind::hull:
       break;
   }

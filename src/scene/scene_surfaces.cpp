@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fathom/mesh.hpp>
+#include <fathom/saved_shape.hpp>
 #include <filesystem>
 #include <memory>
+#include <span>
 
 #include "files/input_file.hpp"
+#include "scene/gltf_file.hpp"
 #include "scene/made_ground.hpp"
 #include "scene/obj_file.hpp"
 #include "scene/pgm_file.hpp"
@@ -77,9 +80,10 @@ std::vector<std::uint32_t> read_indices(const TomlTable& table, const toml::node
   return indices;
 }
 
-ObjTriangles read_triangles(const TomlTable& table) {
-  const std::string remedy = "lists [x, y, z] of 'vertices' (m) and [0, 1, 2] of 'triangles', or a 'file' (*.obj)";
-  ObjTriangles read;
+FileTriangles read_triangles(const TomlTable& table) {
+  const std::string remedy =
+      "lists [x, y, z] of 'vertices' (m) and [0, 1, 2] of 'triangles', or a 'file' (*.obj, *.gltf, *.glb)";
+  FileTriangles read;
   for (const toml::node& vertex : table.as_array(table.required("vertices", remedy), "vertices")) {
     const std::vector<float> v = table.numbers(vertex, "vertices", 3, 3);
     read.vertices.push_back({v[0], v[1], v[2]});
@@ -234,8 +238,8 @@ std::vector<std::uint8_t> listed_numbers(const TomlTable& table, std::size_t tri
   return numbers;
 }
 
-/// Of a mesh from a file: the material with the name after 'usemtl', or the first one.
-std::vector<std::uint8_t> numbers_by_name(const ObjTriangles& mesh, const std::vector<NamedMaterial>& materials) {
+/// Of a mesh from a file: the material with the name that the file gives, or the first one.
+std::vector<std::uint8_t> numbers_by_name(const FileTriangles& mesh, const std::vector<NamedMaterial>& materials) {
   std::vector<std::uint8_t> number_of;
   for (const std::string& name : mesh.materials) {
     const auto found = std::ranges::find(materials, name, &NamedMaterial::name);
@@ -289,12 +293,14 @@ Shape read_mesh(const TomlTable& outer, const toml::table& shape, const std::str
                 const ReadMaterials& read_materials) {
   const TomlTable table(shape, name, outer.file(),
                         {"type", "file", "scale", "vertices", "triangles", "materials", "triangle_materials"});
-  ObjTriangles read;
+  FileTriangles read;
   const std::vector<NamedMaterial> materials = read_materials(table);
   if (table.has("file")) {
     refuse_with(table, "file", {"vertices", "triangles", "triangle_materials"});
-    const SurfaceFile file = read_file(table, "a mesh (*.obj)");
-    read = parse_obj(file.content, file.path);
+    const SurfaceFile file = read_file(table, "a mesh (*.obj, *.gltf, *.glb)");
+    const std::string ending = std::filesystem::path(file.path).extension().string();
+    const bool is_gltf = ending == ".gltf" || ending == ".glb";
+    read = is_gltf ? parse_gltf(file.content, file.path) : parse_obj(file.content, file.path);
   } else {
     read = read_triangles(table);
   }
@@ -306,6 +312,17 @@ Shape read_mesh(const TomlTable& outer, const toml::table& shape, const std::str
     numbers = table.has("file") ? numbers_by_name(read, materials)
                                 : listed_numbers(table, read.indices.size() / 3, materials.size());
   return mesh(read.vertices, read.indices, {without_names(materials), numbers});
+}
+
+Shape read_saved_shape(const TomlTable& outer, const toml::table& shape, const std::string& name) {
+  const TomlTable table(shape, name, outer.file(), {"type", "file"});
+  const toml::node& node = table.required("file", "the path of a shape that 'fathom save-shape' wrote");
+  const SurfaceFile file = read_file(table, "a shape that 'fathom save-shape' wrote");
+  try {
+    return load_shape(std::as_bytes(std::span(file.content)));
+  } catch (const Error& error) {
+    table.fail(node, file.path + ": " + error.what());
+  }
 }
 
 Shape read_height_field(const TomlTable& outer, const toml::table& shape, const std::string& name,

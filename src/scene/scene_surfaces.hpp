@@ -1,4 +1,4 @@
-// The surfaces of a scene file: triangle meshes and height fields.
+// The shapes of a scene file that come from files: triangle meshes, height fields, and saved shapes of any type.
 #pragma once
 
 #include <fathom/body.hpp>
@@ -17,9 +17,10 @@ struct NamedMaterial {
 /// Reads the list `materials` of a shape's table; empty if it has none.
 using ReadMaterials = std::function<std::vector<NamedMaterial>(const TomlTable& shape)>;
 
-/// Both read a shape's table, `name` in error messages. Paths in it are relative to the scene file.
+/// All read a shape's table, `name` in error messages. Paths in it are relative to the scene file.
 Shape read_mesh(const TomlTable& outer, const toml::table& shape, const std::string& name,
                 const ReadMaterials& read_materials);
+Shape read_saved_shape(const TomlTable& outer, const toml::table& shape, const std::string& name);
 Shape read_height_field(const TomlTable& outer, const toml::table& shape, const std::string& name,
                         const ReadMaterials& read_materials);
 
