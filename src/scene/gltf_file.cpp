@@ -9,8 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "math/vec3d.hpp"
-
 namespace fathom {
 namespace {
 
@@ -61,8 +59,9 @@ Matrix matrix_of(const tinygltf::Node& node) {
 }
 
 bool is_mirrored(const Matrix& m) {
-  const Vec3d x{m[0], m[1], m[2]}, y{m[4], m[5], m[6]}, z{m[8], m[9], m[10]};
-  return dot(cross(x, y), z) < 0;
+  return m[0] * (m[5] * m[10] - m[6] * m[9]) + m[4] * (m[9] * m[2] - m[10] * m[1]) +
+             m[8] * (m[1] * m[6] - m[2] * m[5]) <
+         0;
 }
 
 class GltfReader {
