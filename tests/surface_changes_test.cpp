@@ -1,8 +1,10 @@
 // Pairs with surfaces as an application sees them: events of the pair, surfaces that come and go, every way of solving.
 #include <gtest/gtest.h>
 
+#include <fathom/compound.hpp>
 #include <functional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "test_surfaces.hpp"
@@ -83,6 +85,35 @@ TEST(SurfaceChanges, BodiesComeAndGo) {
   for (const BodyId id : ids) {
     const Vec3 p = world.pose(id).position;
     EXPECT_GT(p.z, wavy_bowl(p.x, p.y) - 0.05f) << id.index;
+  }
+}
+
+/// A snapshot between a change of shape and the next step holds contacts of the former shape.
+TEST(SurfaceChanges, SnapshotsHoldChangesThatWait) {
+  const std::vector<ChildShape> children{{.shape = sphere(0.3f)}, {.shape = sphere(0.3f), .pose = {{0.5f, 0, 0}, {}}}};
+  const std::function<void(World&, BodyId, BodyId)> changes[] = {
+      [](World& world, BodyId ground, BodyId) { world.set_shape(ground, wavy_mesh(7)); },
+      [](World& world, BodyId ground, BodyId) {
+        world.set_shape(ground, box({5, 5, 0.1f}));
+      },
+      [](World& world, BodyId ground, BodyId) { world.remove(ground); },
+      [](World& world, BodyId, BodyId pair) { world.set_shape(pair, sphere(0.4f)); },
+      [&](World& world, BodyId, BodyId pair) { world.set_shape(pair, compound(std::span(children).first(1))); },
+      [](World& world, BodyId, BodyId pair) { world.remove(pair); },
+  };
+  for (const auto& change : changes) {
+    World world(sleepy_world());
+    const BodyId ground = world.add(fixed(wavy_mesh(30)));
+    for (const BodyDef& body : mixed_bodies(20)) world.add(body);
+    const BodyId pair = world.add(dynamic(compound(children), {0, 0, 1}));
+    run(world, 60);
+    change(world, ground, pair);
+    World copy(sleepy_world());
+    copy.restore(saved(world));
+    for (int i = 0; i < 30; ++i) {
+      run(world, 1), run(copy, 1);
+      ASSERT_EQ(world.state_hash(), copy.state_hash()) << &change - changes << ", step " << i;
+    }
   }
 }
 

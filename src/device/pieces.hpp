@@ -46,12 +46,12 @@ FATHOM_HD TouchingPieces pieces_of(const Bodies<written...>& bodies, const Conta
   return {piece_of(bodies, c.a, c.child_a()), piece_of(bodies, c.b, c.child_b())};
 }
 
-/// The material of the surface's part that a patch touches; null: the body's, or no patch.
+/// The material of the surface's part that a patch touches; null: the body's, no patch, or one of a former shape.
 template <BodyPart... written>
 FATHOM_HD const Material* own_material(const Bodies<written...>& bodies, const Contact& c) {
-  if (!c.is_patch()) return nullptr;
-  const Material* const materials = bodies.surfaces[bodies.constants[c.a].hull].materials;
-  return materials ? materials + c.patch_material() : nullptr;
+  if (!c.is_patch() || !bodies.constants[c.a].is_surface()) return nullptr;
+  const SurfaceView& surface = bodies.surfaces[bodies.constants[c.a].hull];
+  return c.patch_material() < surface.material_count ? surface.materials + c.patch_material() : nullptr;
 }
 
 /// A pair of indices that no other contact has, to rank contacts by: a surface lends one of its own to every patch.

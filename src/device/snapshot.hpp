@@ -206,19 +206,20 @@ void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counte
                                           const std::vector<BodyConstants>& constants) {
   const ContactArrays arrays = contact_memory_.contacts();
   const std::size_t room = contact_memory_.capacity(), manifold_room = contact_memory_.manifold_capacity();
+  // A waiting edit may have removed a body or given it another shape. Its contacts are those of the former shape, and
+  // the edit will drop them.
+  std::vector<bool> has_other_shape(counters.bodies);
+  for (const Edit& e : edits_)
+    if (e.kind == EditKind::remove || (e.kind == EditKind::constants && (data_[e.data].changes & drop_contacts) != 0))
+      if (e.index < counters.bodies) has_other_shape[e.index] = true;
   read_into(in, arrays.contacts, room, counters.contacts, [&](const std::vector<Contact>& contacts) {
     for (const Contact& c : contacts) {
       in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
       const auto has_child = [&](std::uint32_t body, std::uint32_t child) {
-        return !constants[body].is_compound() || child < constants[body].hull;
+        return has_other_shape[body] || !constants[body].is_compound() || child < constants[body].hull;
       };
       in.require(!c.in_use() || !c.in_parts() || (has_child(c.a, c.child_a()) && has_child(c.b, c.child_b())));
-      in.require(!c.in_use() || !c.is_with_surface() || constants[c.a].is_surface());
-      if (c.in_use() && c.is_patch()) {
-        in.require(constants[c.a].is_surface());
-        const std::size_t materials = bodies[indices_.slot(c.a)].geometry.surface().materials().size();
-        in.require(c.patch_material() < std::max<std::size_t>(1, materials));
-      }
+      in.require(!c.in_use() || !c.is_with_surface() || has_other_shape[c.a] || constants[c.a].is_surface());
       if (c.in_use() && (c.in_parts() || c.is_patch()) && c.in_touch())
         ++touching_parts_[std::uint64_t{c.a} << 32 | c.b];
       if (!c.in_use() || c.is_with_surface()) continue;

@@ -93,6 +93,7 @@ class SurfaceMemory {
     view.bounds = entry.surface->bounds();
     if (!entry.surface->materials().empty()) {
       view.materials = put(device, entry.materials, entry.surface->materials());
+      view.material_count = static_cast<std::uint32_t>(entry.surface->materials().size());
       view.material_numbers = put(device, entry.material_numbers, entry.surface->material_numbers());
     }
     if (const auto* const mesh = dynamic_cast<const TriangleMesh*>(entry.surface.get())) {

@@ -21,6 +21,7 @@ struct SurfaceView {
   float cell_x = 1, cell_y = 1;          ///< m
   const Material* materials = nullptr;   ///< null: all triangles have the body's
   const std::uint8_t* material_numbers = nullptr;
+  std::uint32_t material_count = 0;
 
   /// Which of `materials` a triangle has; 0 if there are none.
   FATHOM_HD std::uint8_t material_of(std::uint32_t number) const {
