@@ -180,6 +180,36 @@ TEST(MoveTo, PushesWhatIsInItsWay) {
   EXPECT_NEAR(world.pose(crate).position.x, 1.4f, 0.03f);
 }
 
+// A plate faster than its thickness a step hits a body in the air, which must end before it. The plate follows poses or
+// has a velocity.
+TEST(MoveTo, AFastPlateTakesAlongWhatItHits) {
+  for (unsigned seed = 1; seed <= 48; ++seed) {
+    Generator random(seed);
+    WorldDef def = seed % 2 == 0 ? quiet_world() : sleepy_world();
+    def.gravity = {};
+    World world(def);
+    const float size = uniform(random, 0.03f, 0.4f), speed = uniform(random, 5, 250),
+                half = uniform(random, 5e-3f, 0.05f);
+    const Shape shapes[] = {sphere(size), box({size, size, 0.3f * size}), capsule(0.4f * size, size), cone(size, size)};
+    const Quat turned = axis_angle({uniform(random, -1, 1), uniform(random, -1, 1), 1}, uniform(random, 0, 3));
+    BodyDef hit = dynamic(shapes[seed / 4 % 4], {});
+    hit.pose.rotation = turned;
+    const BodyId body = world.add(hit);
+    BodyDef bat = platform({-1 - uniform(random, 0, 1), 0, 0});
+    bat.shape = box({half, 2, 2});
+    const bool follows = seed % 4 < 2;
+    if (!follows) bat.velocity.linear.x = speed;
+    const BodyId plate = world.add(bat);
+    for (int i = 0; i < 10 + static_cast<int>(60 * 6 / speed); ++i) {
+      Pose pose = world.pose(plate);
+      pose.position.x += speed * dt;
+      if (follows) world.move_to(plate, pose);
+      world.step();
+    }
+    EXPECT_GT(world.pose(body).position.x, world.pose(plate).position.x) << "seed " << seed;
+  }
+}
+
 TEST(MoveTo, IsInSnapshots) {
   World world(sleepy_world());
   const BodyId lift = world.add(platform({0, 0, 3}));

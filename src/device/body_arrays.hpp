@@ -104,6 +104,9 @@ enum Changes : std::uint32_t {
   joint_change = 16,  ///< its joints have changed
 };
 
+/// See `Bodies::before`.
+inline constexpr float has_arrived = 2;
+
 /// A box as two quads; the fourth elements carry notes.
 struct alignas(16) NotedBox {
   Vec3 lower;
@@ -250,8 +253,10 @@ struct Bodies {
 
   // For bodies in fast pairs and bodies that strayed (`MoveBodies`).
   Of<std::uint32_t, body_fast_pairs> fast;  ///< these bodies, `Counters::fast_bodies` of them, in any order
-  Of<Pose, body_fast_pairs> before;         ///< at the start of the step; `reserved` is 1 if the body strayed, else 0
-  Of<Pose, body_fast_pairs> ends;           ///< end poses of bodies held back by non-dynamic ones; for bullets
+  /// At the start of the step; `reserved` is 1 if the body strayed, else 0. Of a kinematic body that has stopped at its
+  /// target: `has_arrived`.
+  Of<Pose, body_fast_pairs> before;
+  Of<Pose, body_fast_pairs> ends;                    ///< end poses of bodies held back by non-dynamic ones; for bullets
   Of<std::uint32_t, body_fast_pairs> fast_pair;      ///< the first of its fast pairs, `none` between steps
   Of<std::uint32_t, body_fast_pairs> fixed_contact;  ///< the first of its `fixed_contacts`; null: no seams
 

@@ -189,7 +189,20 @@ struct HoldBackFast {
   FATHOM_HD Pose begin_of(std::uint32_t i) const {
     const Pose& end = move.bodies.poses[i];
     if (move.bodies.constants[i].motion() == MotionType::fixed) return end;
+    if (is_arrived(i)) return move.bodies.before[i];
     return advanced(end, move.bodies.velocities[i], -move.p.dt);
+  }
+  /// Whether a non-dynamic body was taken to a target in this step and has stopped there. Where bodies sleep they stop
+  /// later (device/sleep.hpp).
+  FATHOM_HD bool is_arrived(std::uint32_t i) const {
+    const auto& bodies = move.bodies;
+    return !move.p.sleeping && bodies.constants[i].motion() == MotionType::kinematic && bodies.is_awake(i) &&
+           bodies.before[i].reserved == has_arrived;
+  }
+  /// Velocity of a non-dynamic body within the step.
+  FATHOM_HD Velocity velocity_in_step(std::uint32_t i) const {
+    const auto& bodies = move.bodies;
+    return is_arrived(i) ? velocity_between(bodies.before[i], bodies.poses[i], move.p.dt) : bodies.velocities[i];
   }
 
   FATHOM_HD Aabb box_of_way(std::uint32_t i) const {
@@ -308,7 +321,7 @@ struct HoldBackFast {
     const Mover was_a = mover<with_hulls>(bodies, a, pose_a, velocity_between(pose_a, end_a, dt));
     const Mover was_b = mover<with_hulls>(bodies, b, pose_b, velocity_between(pose_b, end_b, dt));
     // Another item may be writing the velocity of a dynamic body.
-    const Velocity velocity_a = o.is_free ? was_a.velocity : velocity_of(a, begin_of_a, bodies.velocities[body_a]);
+    const Velocity velocity_a = o.is_free ? was_a.velocity : velocity_of(a, begin_of_a, velocity_in_step(body_a));
     const Mover on_a{was_a.geometry, was_a.radius, pose_a, velocity_a};
     const Mover on_b{was_b.geometry, was_b.radius, pose_b, velocity_of(b, begin_of_b, bodies.velocities[i])};
     const float half = min(half_thickness(bodies.constants[a]), half_thickness(bodies.constants[b]));
@@ -368,7 +381,7 @@ struct HoldBackFast {
     end = bodies.poses[i];
     end.position += back;
     then = bodies.velocities[i];
-    then.linear = slowed_by_triangles(way, end.position, bodies.velocities[a.piece], a.end.position, then);
+    then.linear = slowed_by_triangles(way, end.position, velocity_in_step(a.piece), a.end.position, then);
     return true;
   }
 

@@ -63,7 +63,10 @@ struct MoveBodies {
     std::uint32_t new_flags = flags;
     // Islands must still see that bodies move before these stop.
     if (c.is_dynamic() || !p.sleeping) new_flags &= ~forced_flag;
-    if (forced && !c.is_dynamic() && !p.sleeping) v = {};
+    if (!c.is_dynamic() && !p.sleeping) {
+      if (forced) v = {}, bodies.before[i] = before;
+      bodies.before[i].reserved = forced ? has_arrived : 0.0f;
+    }
     if (!is_finite(pose) || !is_finite(v.linear) || !is_finite(v.angular)) {
       pose = before;
       if (!is_finite(pose.rotation)) pose.rotation = Quat{};
