@@ -70,6 +70,7 @@ class FATHOM_API Surface {
   }
 
  protected:
+  /// `triangles_per_number`: successive triangles that share one of `material_numbers`.
   explicit Surface(std::uint32_t triangles_per_number) : triangles_per_number_(triangles_per_number) {}
 
   Aabb bounds_{};  ///< see `bounds`
