@@ -78,6 +78,27 @@ class ProgramFiles : public fathom::test::Program {
   }
 };
 
+TEST_F(ProgramFiles, SavesAShapeThatScenesLoad) {
+  const Outcome outcome = fathom(
+      {"save-shape", FATHOM_SOURCE_DIR "/examples/scenes/surfaces.toml", "hillside", "-o", path("hillside.shape")});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("hillside.shape: the shape of 'hillside', 5192 triangles, "));
+  const auto run_with = [&](const std::string& shape) {
+    std::ofstream(path("scene.toml")) << "[[body]]\nmotion = \"static\"\nshape = {type = \"saved\", file = \"" + shape +
+                                             "\"}\n[[body]]\nposition = [9, 9, 3]\n"
+                                             "shape = {type = \"sphere\", radius = 0.5}\n";
+    return fathom({"run", path("scene.toml"), "--steps", "60"});
+  };
+  const Outcome run = run_with("hillside.shape");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  std::ofstream(path("none.shape")) << "no shape";
+  EXPECT_THAT(run_with("none.shape").err, HasSubstr("none.shape: shape: "));
+  const Outcome unknown = fathom(
+      {"save-shape", FATHOM_SOURCE_DIR "/examples/scenes/surfaces.toml", "hilside", "-o", path("hillside.shape")});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("there is no body named 'hilside'; did you mean 'hillside'?"));
+}
+
 TEST_F(ProgramFiles, EveryWriterFollowsLinksAndKeepsPermissions) {
   for (const Writer& writer : writers()) {
     std::ofstream(path("target")) << "earlier";

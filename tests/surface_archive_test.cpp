@@ -213,6 +213,20 @@ TEST(SurfaceArchive, HeightFieldsThatContradictThemselvesAreRefused) {
   EXPECT_THAT(refusal_with(shape, 24 + 25 * 4, std::uint64_t{1000}), HasSubstr("ends too early"));
 }
 
+TEST(SurfaceArchive, MaterialsThatNoBodyCouldHaveAreRefused) {
+  const std::vector<std::byte> good = written({two_materials()});
+  // The last material ends the bytes: friction, restitution, two rules, rolling resistance, surface velocity.
+  const std::size_t friction = good.size() - (4 + 4 + 1 + 1 + 4 + 12), rule = friction + 8;
+  for (const float bad : {-1.0f, std::numeric_limits<float>::quiet_NaN()}) {
+    std::vector<std::byte> bytes = good;
+    std::memcpy(bytes.data() + friction, &bad, sizeof bad);
+    EXPECT_THAT(refusal(bytes), HasSubstr("material: the friction is"));
+  }
+  std::vector<std::byte> bytes = good;
+  bytes[rule] = std::byte{99};
+  EXPECT_THAT(refusal(bytes), HasSubstr("friction rule"));
+}
+
 TEST(SurfaceArchive, NumbersAndTypesMustFit) {
   const Shape net = wavy_mesh(2), field = wavy_field(3);
   std::vector<std::byte> bytes = written({net, field, net, field});

@@ -17,7 +17,7 @@ struct SealKind {
   std::uint64_t magic;
   std::uint32_t version;
   const char* name;   ///< in errors: "snapshot"
-  const char* thing;  ///< "a snapshot of a world"
+  const char* thing;  ///< "snapshot of a world"
 };
 
 /// Empties `out` and begins it with a header, which `seal` completes.

@@ -5,6 +5,7 @@
 
 #include "geometry/compound_builder.hpp"
 #include "math/vec3d.hpp"
+#include "world/validate.hpp"
 
 namespace fathom {
 namespace {
@@ -15,6 +16,16 @@ constexpr std::uint64_t max_elements = 1u << 30;
 
 Aabb bounds_of(const Triangle& t) {
   return {min(t.corners[0], min(t.corners[1], t.corners[2])), max(t.corners[0], max(t.corners[1], t.corners[2]))};
+}
+
+/// Refuses a material that no body could have.
+void read_material(ByteReader& in, Material& material) {
+  archive_material(in, material);
+  try {
+    check_material(material, "material");
+  } catch (const Error& error) {
+    in.fail(error.what());
+  }
 }
 
 }  // namespace
@@ -54,7 +65,7 @@ void SurfaceArchive::read_materials(ByteReader& in, Surface& surface) {
   in(count, surface.material_numbers_);
   in.require(count <= 256);
   surface.materials_.resize(count);
-  for (Material& material : surface.materials_) archive_material(in, material);
+  for (Material& material : surface.materials_) read_material(in, material);
   const std::size_t numbers = count == 0 ? 0 : surface.triangle_count() / surface.triangles_per_number_;
   in.require(surface.material_numbers_.size() == numbers);
   for (const std::uint8_t number : surface.material_numbers_) in.require(number < count);
@@ -172,7 +183,7 @@ ChildShape CompoundArchive::read_child(ByteReader& in, ShapeReader& shapes) {
   bool has_material = false, has_filter = false;
   in(child.pose.position, child.pose.rotation, child.density, child.user_data, has_material, has_filter);
   in.require(is_finite(child.pose) && abs(dot(child.pose.rotation, child.pose.rotation) - 1) < 1e-3f);
-  if (has_material) archive_material(in, child.material.emplace());
+  if (has_material) read_material(in, child.material.emplace());
   if (has_filter) in(child.filter.emplace());
   return child;
 }
