@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "math/vec3d.hpp"
+#include "random.hpp"
 #include "test_surfaces.hpp"
 
 namespace fathom::test::surface_contact_test {
@@ -49,6 +50,28 @@ TEST(SurfaceContact, ARodThatHasRunItsEndIntoASlopeIsPushedOutOfIt) {
   EXPECT_NEAR(deepest_along(contact, up), 0, 1e-3f);
   const float depth = 0.4f * slope * out.z;
   EXPECT_NEAR(deepest_along(contact, out), -depth, 0.1f * depth);
+}
+
+TEST(SurfaceContact, WhatPassesThroughASurfaceTouchesIt) {
+  Generator random(3);
+  const Shape ground = wavy_mesh(80);
+  constexpr float coarseness = 0.003f;  // m, the triangles are nearer to the waves
+  int passing = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const float length = uniform(random, 0.05f, 2);
+    const Vec3 half{length, length * uniform(random, 0.01f, 0.1f), length * uniform(random, 0.01f, 0.1f)};
+    const float x = uniform(random, -2, 2), y = uniform(random, -2, 2);
+    const Pose pose{{x, y, wavy_bowl(x, y) + coarseness + uniform(random, 0, 1) * half.y}, 0, any_rotation(random)};
+    const auto height_of_end = [&](float side) {
+      const Vec3 end = transform(pose, Vec3{side * length, 0, 0});
+      return end.z - wavy_bowl(end.x, end.y);
+    };
+    const auto [lower, upper] = std::minmax({height_of_end(-1), height_of_end(1)});
+    if (upper < 0.1f * length || lower > -0.1f * length - coarseness) continue;
+    ++passing;
+    EXPECT_GT(contact_of(ground, box(half), pose).count, 0) << "rod " << i;
+  }
+  EXPECT_GT(passing, 5'000);
 }
 
 TEST(SurfaceContact, ABoxOnAPlateauIsNotInTheCliffBesideIt) {

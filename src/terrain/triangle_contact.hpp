@@ -143,14 +143,16 @@ FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const Axe
   TriangleContact contact;
   Manifold& m = contact.manifold;
   const HullView& b = shape.turned();
-  bool is_refused = false;
+  bool is_refused = false, passes_through = axes.of_face <= 0 && axes.of_normal < -shape.inner();
   if (axes.edge >= 0) {
-    const Vec3 normal = edge_normal(t, axes.edge, shape.edge(axes.edge_of_shape));
+    const EdgeArc of_shape = shape.edge(axes.edge_of_shape);
+    const Vec3 normal = edge_normal(t, axes.edge, of_shape);
     if (may_push(t, normal, tips_of_edge(axes.edge), around)) {
       edge_contact(t, b, {axes.edge, axes.edge_of_shape, 0, normal}, margin, m);
       return contact;
     }
     is_refused = true;
+    passes_through &= dot(normal, edge_view(b, axes.edge_of_shape).from - t.corners[axes.edge]) <= 0;
   }
   const TriangleHull hull(t, largest_coordinate(t));
   HullPair pair = make_hull_pair(hull.view(), shape.hull(), {{}, 0, shape.rotation()});
@@ -164,6 +166,8 @@ FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const Axe
   is_refused |= is_nearer;
   AxisCache unused;
   hull_face_contact(pair, by_shape ? face : 0, by_shape, margin, {}, unused, m);
+  // A rod that stands in the ground aslant: its lower end is under other triangles, which it does not touch.
+  if (!by_shape && m.count == 0 && is_refused && passes_through) hull_vertex_contact(pair, 0, false, m);
   if (by_shape || m.count == 0) return contact;
   contact.is_deep = nearest_separation(m) < -shape.inner();
   contact.is_doubtful = contact.is_deep || (is_refused && nearest_separation(m) < -tolerance.axis);
