@@ -234,14 +234,15 @@ struct SolveDirectly {
     const float slope = sum(structure.slope[parity]), curvature = sum(structure.curvature[parity]);
     const float calm = 1 - __builtin_bit_cast(float, structure.held_back[parity]);
     const float part = min(best_part(slope, curvature), calm);
-    const float energy = fma(part, fma(part, curvature, 2 * slope), sum(structure.excess[parity]));
+    const float energy = sum(structure.excess[parity]);
     // Reset for the next solution. All bodies of a structure store the same.
     exec::atomic_store(structure.largest, 0u);
     structure.slope[1 - parity] = structure.curvature[1 - parity] = 0;
     structure.excess[1 - parity] = structure.reference[1 - parity] = 0;
     structure.held_back[1 - parity] = 0;
-    bodies().nodes[i].held = part_held(energy, sum(structure.reference[parity]), 1);
-    if (!(part > 0)) return;
+    bodies().nodes[i].held =
+        part_held(energy_left(part, slope, curvature, energy), sum(structure.reference[parity]), 1);
+    if (!is_worth_making(part, slope, curvature, energy)) return;
     const SupportMove& m = bodies().moves[i];
     SolverQuads& to = bodies().solver[i];
     // The write count stays unchanged: no work-item waits for the quads now.

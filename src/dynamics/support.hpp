@@ -295,6 +295,17 @@ FATHOM_HD float best_part(float slope, float curvature) {
   return curvature > 0 ? clamp(-slope / curvature, 0.0f, 1.0f) : 0.0f;
 }
 
+/// Twice the kinetic energy (J) that a part of a change leaves of `energy`.
+FATHOM_HD float energy_left(float part, float slope, float curvature, float energy) {
+  return fma(part, fma(part, curvature, 2 * slope), energy);
+}
+
+/// Whether a part of a change is worth making. One that leaves most of the energy holds nothing, but shares loads out
+/// again, along the shortest ways down: it takes the thrust from an arch, which sweeps find.
+FATHOM_HD bool is_worth_making(float part, float slope, float curvature, float energy) {
+  return part > 0 && energy_left(part, slope, curvature, energy) <= (1 - least_support_gain) * energy;
+}
+
 /// The largest part of a change, 0 to 1, that keeps a body of `mass` (kg) calm, or as calm as it was. The least energy
 /// of a whole structure is not enough: what one contact of a heavy body cannot hold is little to that body, and throws
 /// a light one. `energy` is twice the body's kinetic energy relative to the common motion (J); `slope` and `curvature`

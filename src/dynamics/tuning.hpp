@@ -143,6 +143,8 @@ inline constexpr float support_renewal = 0.05f;
 /// J/kg. A structure above it is collapsing, and is left to the sweeps; a solution leaves no body of it above it that
 /// was calmer before (`calm_part`; docs/log/2026-11-28-thrown-by-solutions.md).
 inline constexpr float calm_energy = 0.1f;
+/// Share of a structure's energy that a solution takes off at least, or else is not made.
+inline constexpr float least_support_gain = 0.1f;
 /// Bodies left with this share of the speed that a fall gains in a substep count as not held.
 inline constexpr float unheld_share = 0.05f;
 

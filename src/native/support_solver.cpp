@@ -48,12 +48,12 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     find_lanes(layout);
     order_by_group(layout);
   }
-  choose_held(step);
+  choose_held();
 }
 
 // New members of a structure count as held at once. Otherwise springs that yield to the load a solution gave their
 // contacts would release it again.
-void SupportSolver::choose_held(std::uint64_t step) {
+void SupportSolver::choose_held() {
   make_room(held_, state_.size());
   held_.resize(state_.size(), not_a_member);
   const std::span<const SupportGraph::Member> members = support_graph_.members();
@@ -65,18 +65,12 @@ void SupportSolver::choose_held(std::uint64_t step) {
     const SupportGraph::Structure& s = support_graph_.structures()[i];
     StructureState& state = structures_[i];
     state = {};
-    const bool in_vain = was_in_vain(s);
-    state.is_held = (step % steps_to_retry == 0 || !in_vain) && find_base(s, state.base) && is_calm(s, state.base);
-    for (std::uint32_t k = s.first; (state.is_held || in_vain) && k < s.end; ++k) {
+    state.is_held = find_base(s, state.base) && is_calm(s, state.base);
+    for (std::uint32_t k = s.first; state.is_held && k < s.end; ++k) {
       held_[members[k].slot] = last_held_[k] < 0 ? 1 : last_held_[k];
       held_slots_.push_back(members[k].slot);
     }
   }
-}
-
-/// True if a structure was solved but not held at all.
-bool SupportSolver::was_in_vain(const SupportGraph::Structure& s) const {
-  return std::all_of(last_held_.begin() + s.first, last_held_.begin() + s.end, [](float held) { return held == 0; });
 }
 
 void SupportSolver::find_lanes(const ConstraintLayout& layout) {
@@ -308,8 +302,8 @@ void SupportSolver::solve(std::uint32_t structure) {
   }
   if (!is_finite(energy) || !is_finite(slope) || !is_finite(curvature)) return;  // some body will be isolated
   state.part = min(best_part(slope, curvature), calm);
-  state.held = part_held(fma(state.part, fma(state.part, curvature, 2 * slope), energy), mass, state.fall);
-  if (!(state.part > 0)) return;
+  state.held = part_held(energy_left(state.part, slope, curvature, energy), mass, state.fall);
+  if (!is_worth_making(state.part, slope, curvature, energy)) return;
   for (std::uint32_t i = s.first; i < s.end; ++i) {
     const Body& b = body_[i];
     if (!b.is_held) continue;

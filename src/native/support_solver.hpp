@@ -90,8 +90,7 @@ class SupportSolver {
 
   const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
   float inverse_mass(std::uint32_t i) const { return state_.solver_bodies()[member(i).slot].inverse_mass; }
-  void choose_held(std::uint64_t step);
-  bool was_in_vain(const SupportGraph::Structure& s) const;
+  void choose_held();
   void find_lanes(const ConstraintLayout& layout);
   void order_by_group(const ConstraintLayout& layout);
   bool find_base(const SupportGraph::Structure& s, Base& base) const;

@@ -62,8 +62,6 @@ inline constexpr std::uint64_t steps_between_searches = 8;
 inline constexpr std::uint16_t max_levels = 1024;
 /// Steps until structures are searched for again after all were collapsing.
 inline constexpr std::uint64_t steps_to_resume = 8;
-/// Steps until a structure that could not be held is tried again: an arch stands by its thrust, which sweeps find.
-inline constexpr std::uint64_t steps_to_retry = 64;
 
 // --- narrow phase ----------------------------------------------------------------------------------------------------
 
