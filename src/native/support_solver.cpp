@@ -272,7 +272,7 @@ class SupportSolver::SupportsOf {
 void SupportSolver::solve(std::uint32_t structure) {
   const SupportGraph::Structure& s = support_graph_.structures()[structure];
   StructureState& state = structures_[structure];
-  if (!state.is_held) return;
+  if (!state.is_held || state.is_left_alone) return;
   SolverBody* const bodies = state_.solver_bodies();
   float slope = 0, curvature = 0, energy = 0, mass = 0, calm = 1;
   for (std::uint32_t i = s.end; i-- > s.first;) {
@@ -303,7 +303,11 @@ void SupportSolver::solve(std::uint32_t structure) {
   if (!is_finite(energy) || !is_finite(slope) || !is_finite(curvature)) return;  // some body will be isolated
   state.part = min(best_part(slope, curvature), calm);
   state.held = part_held(energy_left(state.part, slope, curvature, energy), mass, state.fall);
-  if (!is_worth_making(state.part, slope, curvature, energy)) return;
+  if (!is_worth_making(state.part, slope, curvature, energy)) {
+    state.is_left_alone = !state.was_made;
+    return;
+  }
+  state.was_made = true;
   for (std::uint32_t i = s.first; i < s.end; ++i) {
     const Body& b = body_[i];
     if (!b.is_held) continue;

@@ -113,9 +113,11 @@ class SupportSolver {
   std::vector<float> last_held_;           // by member, in the last step
   struct StructureState {
     bool is_held = false;
-    float part = 0;  ///< of the last possible solution
-    float held = 0;  ///< see `part_held`
-    float fall = 0;  ///< m/s, velocity from gravity in a substep
+    bool was_made = false;       ///< a solution of this step was worth making
+    bool is_left_alone = false;  ///< the step's first was not: there are no others
+    float part = 0;              ///< of the last possible solution
+    float held = 0;              ///< see `part_held`
+    float fall = 0;              ///< m/s, velocity from gravity in a substep
     Base base;
   };
   std::vector<StructureState> structures_;
