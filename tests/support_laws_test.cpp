@@ -18,7 +18,7 @@ double energy_after(double part, double energy, double slope, double curvature) 
 float log_uniform(Generator& random, float lo, float hi) { return lo * std::pow(hi / lo, uniform(random, 0, 1)); }
 
 TEST(CalmPart, LeavesWholeChangesThatKeepABodyCalm) {
-  EXPECT_EQ(calm_part(0, 0, 2 * calm_energy, 1), 1);
+  EXPECT_EQ(calm_part(0, 0, 2 * calm_body_energy, 1), 1);
   EXPECT_EQ(calm_part(8, -8, 8, 1), 1) << "a fast body comes to rest";
   EXPECT_EQ(calm_part(0, 0, 0, 1), 1);
 }
@@ -34,7 +34,7 @@ TEST(CalmPart, NoBodyEndsFasterThanCalmOrThanItWas) {
     const float part = calm_part(energy, slope, curvature, mass);
     ASSERT_GE(part, 0);
     ASSERT_LE(part, 1);
-    const double most = std::max<double>(energy, 2 * calm_energy * mass);
+    const double most = std::max<double>(energy, 2 * calm_body_energy * mass);
     ASSERT_LE(energy_after(part, energy, slope, curvature), most * (1 + 1e-3))
         << speed << ' ' << change << ' ' << cosine;
     if (part == 1) continue;
@@ -46,6 +46,14 @@ TEST(CalmPart, NoBodyEndsFasterThanCalmOrThanItWas) {
 }
 
 TEST(CalmPart, IgnoresWhatIsNotFinite) { EXPECT_EQ(calm_part(0, std::nanf(""), 1, 1), 1); }
+
+TEST(WorthMaking, IsWhatTakesOffATenthOfTheEnergy) {
+  EXPECT_TRUE(is_worth_making(1, -1, 1, 1)) << "nothing is left";
+  EXPECT_FALSE(is_worth_making(0, -1, 1, 1)) << "nothing is changed";
+  EXPECT_TRUE(is_worth_making(0.2f, -0.4f, 1, 1)) << "0.12 is taken off";
+  EXPECT_FALSE(is_worth_making(0.2f, -0.3f, 1, 1)) << "0.08";
+  EXPECT_FALSE(is_worth_making(1, std::nanf(""), 1, 1));
+}
 
 SupportRows level_support(float most) {
   SupportRows rows{};

@@ -311,7 +311,7 @@ FATHOM_HD bool is_worth_making(float part, float slope, float curvature, float e
 /// a light one. `energy` is twice the body's kinetic energy relative to the common motion (J); `slope` and `curvature`
 /// are the body's own terms of `best_part`.
 FATHOM_HD float calm_part(float energy, float slope, float curvature, float mass) {
-  const float room = max(2 * calm_energy * mass - energy, 0.0f);
+  const float room = max(2 * calm_body_energy * mass - energy, 0.0f);
   if (!(fma(2.0f, slope, curvature) > room)) return 1;
   // The positive root of curvature p² + 2 slope p = room, without cancellation.
   const float root = fathom::sqrt(fma(slope, slope, curvature * room));

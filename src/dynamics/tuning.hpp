@@ -140,9 +140,11 @@ inline constexpr float weight_of_body = 0.1f, weight_of_contact = 0.02f;
 /// Fraction of its friction that a contact gives up in a solution, to be redistributed with the remainder: contacts
 /// that strain against each other without any motion relax within some tens of substeps.
 inline constexpr float support_renewal = 0.05f;
-/// J/kg. A structure above it is collapsing, and is left to the sweeps; a solution leaves no body of it above it that
-/// was calmer before (`calm_part`; docs/log/2026-11-28-thrown-by-solutions.md).
-inline constexpr float calm_energy = 0.1f;
+/// J/kg. A structure above it is collapsing, and is left to the sweeps.
+inline constexpr float calm_energy = 0.3f;
+/// J/kg. A solution leaves no body above it that was calmer before (`calm_part`;
+/// docs/log/2026-11-28-thrown-by-solutions.md).
+inline constexpr float calm_body_energy = 0.1f;
 /// Share of a structure's energy that a solution takes off at least, or else is not made.
 inline constexpr float least_support_gain = 0.1f;
 /// Bodies left with this share of the speed that a fall gains in a substep count as not held.
