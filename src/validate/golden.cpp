@@ -21,8 +21,8 @@ constexpr std::array<Golden, 8> golden_runs{{
     {"layers", 500, 300, soft, tree, {0x370f724aef072c8e, 0xe590ad0244bf0a01}, {0xfffb24ec72fb2e91, 0x183c7f9df2a6a2d9}},
     {"spread", 400, 240, soft, tree, {0x33300bb7781e4636, 0xc1c095d2eaf3b09a}, {0x9a2abd8fd3cec393, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0xb2ef1a6e43683717, 0x18b2f79c339abe39}, {0x438f721449375aea, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0xbfed6d0c93eb57cb, 0xb4256930df96cf1e}, {0xc930249122ccc66b, 0xeec3a50c7d207e77}},
-    {"stream", 200, 240, soft, tree, {0x9fca44b3c5891072, 0x837fd0ac68aafd18}, {0xe9966238bf9e170f, 0x273e3d930be2b28f}},
+    {"columns", 60, 300, soft, tree, {0xb3576c478e1ae9a5, 0x43886915a7454c60}, {0xc930249122ccc66b, 0xeec3a50c7d207e77}},
+    {"stream", 200, 240, soft, tree, {0x5fddf5202aa9057f, 0xe8917a8f799fa836}, {0xe9966238bf9e170f, 0x273e3d930be2b28f}},
     {"layers", 500, 300, soft, sweep, {0x370f724aef072c8e, 0x1d824584330b9c39}, {0xfffb24ec72fb2e91, 0x183c7f9df2a6a2d9}},
     {"layers", 500, 300, impulse, tree, {0x939aca8ebc274288, 0xc33ff3c1f0d10db9}, {0x942feaae33359e4f, 0x3c16a7ad8019d901}},
 }};
