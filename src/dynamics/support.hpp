@@ -303,7 +303,7 @@ FATHOM_HD float energy_left(float part, float slope, float curvature, float ener
 /// Whether a part of a change is worth making. One that leaves most of the energy holds nothing, but shares loads out
 /// again, along the shortest ways down: it takes the thrust from an arch, which sweeps find.
 FATHOM_HD bool is_worth_making(float part, float slope, float curvature, float energy) {
-  return part > 0 && energy_left(part, slope, curvature, energy) <= (1 - least_support_gain) * energy;
+  return part > 0 && energy_left(part, slope, curvature, energy) <= (1 - min_support_effect) * energy;
 }
 
 /// The largest part of a change, 0 to 1, that keeps a body of `mass` (kg) calm, or as calm as it was. The least energy

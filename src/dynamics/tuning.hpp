@@ -146,7 +146,7 @@ inline constexpr float calm_energy = 0.3f;
 /// docs/log/2026-11-28-thrown-by-solutions.md).
 inline constexpr float calm_body_energy = 0.1f;
 /// Share of a structure's energy that a solution takes off at least, or else is not made.
-inline constexpr float least_support_gain = 0.1f;
+inline constexpr float min_support_effect = 0.1f;
 /// Bodies left with this share of the speed that a fall gains in a substep count as not held.
 inline constexpr float unheld_share = 0.05f;
 
