@@ -168,7 +168,7 @@ class Containment : public testing::TestWithParam<Variant> {
     World world(definition(v, false));
     const std::size_t failing_bodies = fill(world, heap, islands);
     run(world, settling);
-    for (int later = 0; later < 20; ++later, world.step()) {
+    for (int later = 0; later < 80; ++later, world.step()) {
       std::vector<std::byte> start;
       world.save(start);
       const Outcome expected = run_on(v, start, SolverStage::before_step, 0, false);
