@@ -145,8 +145,7 @@ FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const Axe
   const HullView& b = shape.turned();
   bool is_refused = false, passes_through = axes.of_face <= 0 && axes.of_normal < -shape.inner();
   if (axes.edge >= 0) {
-    const EdgeArc of_shape = shape.edge(axes.edge_of_shape);
-    const Vec3 normal = edge_normal(t, axes.edge, of_shape);
+    const Vec3 normal = edge_normal(t, axes.edge, shape.edge(axes.edge_of_shape));
     if (may_push(t, normal, tips_of_edge(axes.edge), around)) {
       edge_contact(t, b, {axes.edge, axes.edge_of_shape, 0, normal}, margin, m);
       return contact;

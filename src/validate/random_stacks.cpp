@@ -66,7 +66,7 @@ void random_stacks(const Setup& setup, Record& record) {
   for (const int ratio : {1, 30, 1000}) judge(ratio, 0, "with masses up to " + std::to_string(ratio) + ":1");
   record.checks.back().known = "a light body under hundreds of times its weight gives way";
   judge(1, 0.01, "of equal masses with gaps of 1 %");
-  record.checks.back().known = "an impact compresses tall stacks of small bodies like springs";
+  record.checks.back().known = "an impact compresses tall stacks like springs";
 }
 
 }  // namespace fathom::validate
