@@ -27,7 +27,7 @@ void compare(QueryScene& scene, Tally& tally) {
   const Pose pose = scene.any_placement();
   const Vec3 from = pose.position, way = scene.any_way(from);
 
-  const auto rays = scene.each(filter, [&](const Geometry& g, const Pose& at) { return ray_cast(g, at, from, way); });
+  const auto rays = scene.each(filter, [&](const Geometry& g, const Pose& at) { return ray_cast(g, at, {from, way}); });
   ASSERT_EQ(world.cast_ray_all(from, way, filter), rays);
   const auto ray = world.cast_ray(from, way, filter);
   ASSERT_EQ(ray.has_value(), !rays.empty());

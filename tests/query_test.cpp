@@ -97,7 +97,7 @@ TEST(RayCast, AgreesWithMarching) {
       const Vec3 origin = pose.position + 2.f * in_cube(random), target = pose.position + 1.5f * in_cube(random);
       const Vec3 translation = 1.5f * (target - origin);
       const auto at = [&](float t) { return height(shape, inverse_transform(pose, mul_add(origin, t, translation))); };
-      const auto hit = ray_cast(geometry(shape), pose, origin, translation);
+      const auto hit = ray_cast(geometry(shape), pose, {origin, translation});
 
       float marched = -1, lowest = 1e9f;
       constexpr int steps = 2000;
@@ -139,7 +139,7 @@ TEST(RayCast, AgreesWithMarching) {
 TEST(RayCast, KnownHits) {
   const Pose at{{10, 0, 0}, 0, {}};
   const auto expect = [&](const Shape& shape, Vec3 origin, Vec3 translation, float fraction, Vec3 normal) {
-    const auto hit = ray_cast(geometry(shape), at, origin, translation);
+    const auto hit = ray_cast(geometry(shape), at, {origin, translation});
     ASSERT_TRUE(hit);
     EXPECT_FLOAT_EQ(hit->fraction, fraction);
     EXPECT_LT(distance(hit->normal, normal), 1e-6f);
@@ -153,10 +153,10 @@ TEST(RayCast, KnownHits) {
 
 TEST(RayCast, EndsAreIncluded) {
   const Pose here{};
-  EXPECT_TRUE(ray_cast(geometry(box({1, 1, 1})), here, {3, 0, 0}, {-2, 0, 0}));
-  EXPECT_FALSE(ray_cast(geometry(box({1, 1, 1})), here, {3, 0, 0}, {-1.999f, 0, 0}));
-  EXPECT_TRUE(ray_cast(geometry(sphere(1)), here, {3, 0, 0}, {-2, 0, 0}));
-  EXPECT_FALSE(ray_cast(geometry(sphere(1)), here, {3, 0, 0}, {-1.999f, 0, 0}));
+  EXPECT_TRUE(ray_cast(geometry(box({1, 1, 1})), here, {{3, 0, 0}, {-2, 0, 0}}));
+  EXPECT_FALSE(ray_cast(geometry(box({1, 1, 1})), here, {{3, 0, 0}, {-1.999f, 0, 0}}));
+  EXPECT_TRUE(ray_cast(geometry(sphere(1)), here, {{3, 0, 0}, {-2, 0, 0}}));
+  EXPECT_FALSE(ray_cast(geometry(sphere(1)), here, {{3, 0, 0}, {-1.999f, 0, 0}}));
 }
 
 TEST(RayCast, ZeroLengthAsksWhetherThePointIsInside) {
@@ -165,13 +165,13 @@ TEST(RayCast, ZeroLengthAsksWhetherThePointIsInside) {
     for (const Shape& shape : some_shapes(random)) {
       const Vec3 p = 2.f * in_cube(random);
       if (fathom::abs(height(shape, p)) < 1e-5f) continue;
-      EXPECT_EQ(ray_cast(geometry(shape), {}, p, {0, 0, 0}).has_value(), height(shape, p) <= 0);
+      EXPECT_EQ(ray_cast(geometry(shape), {}, {p, {0, 0, 0}}).has_value(), height(shape, p) <= 0);
     }
   }
 }
 
 TEST(RayCast, SmallSphereFarAway) {
-  const auto hit = ray_cast(geometry(sphere(0.1f)), {{1000, 0.05f, 0}, 0, {}}, {0, 0, 0}, {2000, 0, 0});
+  const auto hit = ray_cast(geometry(sphere(0.1f)), {{1000, 0.05f, 0}, 0, {}}, {{0, 0, 0}, {2000, 0, 0}});
   ASSERT_TRUE(hit);
   EXPECT_NEAR(hit->normal.y, -0.5f, 2e-3f);
 }

@@ -59,7 +59,7 @@ TEST(SurfaceQueries, RaysMeetWhatAllTrianglesSay) {
       double expected = std::numeric_limits<double>::infinity();
       for (std::uint32_t t = 0; t < shape.surface->triangle_count(); ++t)
         if (shape.surface->has(t)) expected = std::min(expected, fraction_at(shape.surface->triangle(t), from, along));
-      const auto hit = ray_cast(geometry(shape), pose, origin, way);
+      const auto hit = ray_cast(geometry(shape), pose, {origin, way});
       ASSERT_EQ(hit.has_value(), expected <= 1) << i;
       if (!hit) continue;
       ++hits;
@@ -88,14 +88,14 @@ TEST(SurfaceQueries, NoRayPassesBetweenTriangles) {
     const Vec3 target = t.corners[0] + s * (t.corners[1] - t.corners[0]);
     if (std::max(std::abs(target.x), std::abs(target.y)) > 4.9f) continue;
     const Vec3 origin = target + Vec3{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, 8, 30)};
-    EXPECT_TRUE(ray_cast(geometry(shape), Pose{}, origin, 1.5f * (target - origin)).has_value()) << i;
+    EXPECT_TRUE(ray_cast(geometry(shape), Pose{}, {origin, 1.5f * (target - origin)}).has_value()) << i;
   }
 }
 
 TEST(SurfaceQueries, RaysFromBehindPassAndThoseOnTheSurfaceBeginThere) {
   const Shape flat = grid_mesh(4, 5, [](float, float) { return 0.0f; });
-  EXPECT_FALSE(ray_cast(geometry(flat), Pose{}, {0.3f, 0.2f, -1}, {0, 0, 3}));
-  const auto on = ray_cast(geometry(flat), Pose{}, {0.3f, 0.2f, 0}, {0, 0, -3});
+  EXPECT_FALSE(ray_cast(geometry(flat), Pose{}, {{0.3f, 0.2f, -1}, {0, 0, 3}}));
+  const auto on = ray_cast(geometry(flat), Pose{}, {{0.3f, 0.2f, 0}, {0, 0, -3}});
   ASSERT_TRUE(on);
   EXPECT_TRUE(on->starts_inside);
   EXPECT_EQ(on->fraction, 0);

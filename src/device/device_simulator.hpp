@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <memory>
 #include <unordered_map>
@@ -16,6 +17,7 @@
 #include "device/hull_memory.hpp"
 #include "device/joint_mirror.hpp"
 #include "device/mirror_tree.hpp"
+#include "device/ray_memory.hpp"
 #include "device/step.hpp"
 #include "device/surface_memory.hpp"
 #include "exec/device.hpp"
@@ -86,6 +88,7 @@ class DeviceSimulator final : public Simulator {
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const override;
 
   void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const override { tree_.visit(box, visitor); }
+  bool cast_rays(const ManyRays& many, const TakeHits& take) const override;
 
  private:
   using Event = typename D::Event;
@@ -192,6 +195,22 @@ class DeviceSimulator final : public Simulator {
     std::uint64_t events_of = 0;  ///< the step whose events the last three hold
     Event copied;                 ///< results and events have arrived
   };
+  /// Rays on their way to the device, or hits on their way back.
+  struct RayBatch {
+    explicit RayBatch(D& device) : rays(device), hits(device), hits_read(device, 0), done(device) {}
+
+    void reserve(D& device, std::size_t size) {
+      rays.image(size);
+      hits.grow(size);
+      if (hits_read.size() < size) hits_read = exec::PinnedBuffer<RayHit>(device, size);
+    }
+
+    StagedArray<Ray> rays;
+    exec::Buffer<RayHit> hits;
+    exec::PinnedBuffer<RayHit> hits_read;
+    Event done;  ///< the hits have arrived
+  };
+
   /// One more than steps in flight, because a step is timed from the end of the previous one.
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
   StepBuffers& buffers_of(std::uint64_t step) const { return *step_buffers_[step % max_pending_]; }
@@ -209,6 +228,7 @@ class DeviceSimulator final : public Simulator {
 
   // Submitting.
   void make_room();
+  void upload_shapes();
   void choose_grid();
   PublishedSettings published_settings() const;
   PublishedRoom published_room() const;
@@ -278,6 +298,7 @@ class DeviceSimulator final : public Simulator {
   std::size_t mirror_room() const { return std::min({poses_.size(), velocities_.size(), flags_.size()}); }
   std::optional<DevicePoses> publish_poses();
   std::span<const Pose> refresh_queries() override;
+  void cast_rays_now(const ManyRays& many, const TakeHits& take);
   void mirror(const Edit& edit, const std::vector<BodyData>& data);
   void mirror_waking(std::uint32_t slot);
   void mirror_gravity();
@@ -369,6 +390,10 @@ class DeviceSimulator final : public Simulator {
   exec::PinnedBuffer<Velocity> velocities_;
   exec::PinnedBuffer<std::uint32_t> flags_;
   MirrorTree tree_;  // for queries
+  RayMemory ray_memory_;
+  StagedArray<std::uint32_t> ignored_by_rays_;
+  std::array<RayBatch, 2> ray_batches_;
+  mutable std::mutex casting_;
   // Reading marks entries as read.
   mutable EventList<ContactEvent> begun_, ended_;
   mutable EventList<HitEvent> hits_;

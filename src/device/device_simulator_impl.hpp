@@ -31,6 +31,9 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       poses_(device_, 0),
       velocities_(device_, 0),
       flags_(device_, 0),
+      ray_memory_(device_),
+      ignored_by_rays_(device_),
+      ray_batches_{RayBatch(device_), RayBatch(device_)},
       contacts_read_(device_, 0),
       manifolds_read_(device_, 0),
       joints_read_(device_, 0),
@@ -158,6 +161,12 @@ void DeviceSimulator<D>::make_room() {
     published_memory_.reserve(published_settings(), published_room());
     set_changed_ = set_changed_ || published_memory_.order.size() != old_list;
   }
+  upload_shapes();
+}
+
+/// Brings hulls and surfaces on the device up to date, as `make_room` does with everything else.
+template <exec::Device D>
+void DeviceSimulator<D>::upload_shapes() {
   if (!hull_memory_.is_current()) {
     if (hull_memory_.must_grow()) {
       retire_all();
@@ -424,5 +433,6 @@ void DeviceSimulator<D>::change_gravity(const PendingStep& pending) {
 #include "device/simulator_mechanisms.hpp"
 #include "device/simulator_mirror.hpp"
 #include "device/simulator_pending.hpp"
+#include "device/simulator_rays.hpp"
 #include "device/simulator_results.hpp"
 #include "device/snapshot.hpp"

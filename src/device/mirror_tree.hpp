@@ -17,6 +17,7 @@ class MirrorTree {
 
   /// Brings the tree up to date with bodies at these poses, by slot.
   void refresh(const BodyTable& bodies, std::span<const Pose> poses);
+  const native::BodyTree& bodies() const { return tree_; }
   void visit(const MovingBox& box, BodyVisitor& visitor) const { tree_.visit(box, visitor); }
 
  private:

@@ -182,6 +182,7 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
   if (reserved > 0) indices_.add_children(slot, reserved, submitted_ + 1);
   set_changed_ = true;
   tree_.note_set(slot);
+  ray_memory_.note_bodies();
   movable_ += bodies[slot].motion != MotionType::fixed;
   BodyData data = body_data(slot);
   data.slot = slot;
@@ -201,6 +202,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   set_changed_ = true;
   tree_.note_set(slot);
+  ray_memory_.note_bodies();
   movable_ -= bodies[slot].motion != MotionType::fixed;
   add_edit(edit_of(EditKind::remove, indices_.of(slot), Velocity{}));
   for (std::uint32_t k = 0; k < children_of(slot); ++k)
@@ -247,6 +249,7 @@ void DeviceSimulator<D>::wake(std::uint32_t slot) {
 }
 template <exec::Device D>
 void DeviceSimulator<D>::constants_changed(std::uint32_t slot, std::uint32_t changes) {
+  ray_memory_.note_bodies();
   BodyData data = body_data(slot);
   data.changes = changes;
   add_data_edit(EditKind::constants, indices_.of(slot), data);

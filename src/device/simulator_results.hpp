@@ -230,6 +230,7 @@ template <exec::Device D>
 std::span<const Pose> DeviceSimulator<D>::refresh_queries() {
   fetch_bodies();
   tree_.refresh(bodies, {poses_.data(), bodies.slot_count()});
+  ray_memory_.note_poses();
   return {poses_.data(), bodies.slot_count()};
 }
 

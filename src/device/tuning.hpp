@@ -34,6 +34,9 @@ inline constexpr std::size_t first_events = 1024;
 /// Pairs of the hybrid simulator that are copied with the report: a step with few pairs then waits only once.
 inline constexpr std::uint32_t prefetched_pairs = 1024;
 
+/// Rays of one call that are worth sending to the device, and those sent at once.
+inline constexpr std::size_t min_device_rays = 512, max_rays_of_batch = std::size_t{1} << 17;
+
 // --- room to begin with ----------------------------------------------------------------------------------------------
 
 inline constexpr std::size_t first_bodies = 256;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "geometry/box_tree.hpp"
+#include "geometry/child_search.hpp"
 #include "geometry/local_box.hpp"
 #include "geometry/separation.hpp"
 #include "geometry/support.hpp"
@@ -17,21 +18,15 @@ PlacedShape frame_of(const Pose& pose) { return {{ShapeType::sphere}, pose}; }
 template <class Meet>
 std::optional<SurfaceHit> first_child(const Compound& compound, const Pose& pose, const BoxWay& way, double limit,
                                       const Meet& meet) {
-  std::optional<SurfaceHit> first;
-  search_box_tree(compound.nodes(), way, [&](std::uint32_t leaf, float) {
-    const std::uint32_t number = compound.leaves()[leaf];
+  SurfaceHit first;
+  const auto meet_child = [&](std::uint32_t number, double end, SurfaceHit& hit) {
     const ChildShape& child = compound.children()[number];
-    const double end = first ? static_cast<double>(first->fraction) : limit;
-    const std::optional<SurfaceHit> hit =
-        meet(geometry(child.shape), pose * child.pose, static_cast<double>(search_limit(end)));
-    if (hit &&
-        (!first || hit->fraction < first->fraction || (hit->fraction == first->fraction && number < first->child))) {
-      first = hit;
-      first->child = number;
-    }
-    return search_limit(first ? static_cast<double>(first->fraction) : limit);
-  });
-  return first;
+    const std::optional<SurfaceHit> found = meet(geometry(child.shape), pose * child.pose, end);
+    if (found) hit = *found;
+    return found.has_value();
+  };
+  const bool any = meets_child(compound.nodes().data(), compound.leaves().data(), way, limit, meet_child, first);
+  return any ? std::optional(first) : std::nullopt;
 }
 
 }  // namespace
@@ -43,14 +38,13 @@ void find_children(const Compound& compound, const Aabb& box, std::vector<std::u
   });
 }
 
-std::optional<SurfaceHit> ray_cast_at_compound(const Compound& compound, const Pose& pose, Vec3 origin,
-                                               Vec3 translation, double limit) {
+std::optional<SurfaceHit> ray_cast_at_compound(const Compound& compound, const Pose& pose, const Ray& ray,
+                                               double limit) {
   const PlacedShape frame = frame_of(pose);
-  const BoxWay way(to_float(frame.to_local(to_double(origin) - frame.position)), {},
-                   to_float(frame.to_local(to_double(translation))));
-  return first_child(compound, pose, way, limit, [&](const Geometry& child, const Pose& at, double end) {
-    return ray_cast(child, at, origin, translation, end);
-  });
+  const BoxWay way(to_float(frame.to_local(to_double(ray.origin) - frame.position)), {},
+                   to_float(frame.to_local(to_double(ray.translation))));
+  return first_child(compound, pose, way, limit,
+                     [&](const Geometry& child, const Pose& at, double end) { return ray_cast(child, at, ray, end); });
 }
 
 std::optional<SurfaceHit> shape_cast_at_compound(const PlacedShape& moving, Vec3 translation, const Compound& compound,

@@ -13,8 +13,8 @@ namespace fathom {
 void find_children(const Compound& compound, const Aabb& box, std::vector<std::uint32_t>& found);
 
 // Of equally near children, the one with the lowest index counts as hit.
-std::optional<SurfaceHit> ray_cast_at_compound(const Compound& compound, const Pose& pose, Vec3 origin,
-                                               Vec3 translation, double limit);
+std::optional<SurfaceHit> ray_cast_at_compound(const Compound& compound, const Pose& pose, const Ray& ray,
+                                               double limit);
 std::optional<SurfaceHit> shape_cast_at_compound(const PlacedShape& moving, Vec3 translation, const Compound& compound,
                                                  const Pose& pose, double limit);
 bool touches_compound(const PlacedShape& shape, const Compound& compound, const Pose& pose);

@@ -20,7 +20,4 @@ struct LocalBox {
   }
 };
 
-/// Search limit beyond the nearest hit so far: a hit that is equally near up to rounding may have a lower number.
-inline float search_limit(double nearest) { return static_cast<float>(std::min(1.0, nearest * (1 + 1e-6))); }
-
 }  // namespace fathom

@@ -1,8 +1,8 @@
 // A shape at a pose in double precision, for queries.
 //
 // Queries have a long range: a ray of a kilometre may hit a pebble, and so may a plate of a kilometre. In single
-// precision the pebble would be smaller than the rounding error. Queries run on the host and outside the step, so they
-// can afford double precision.
+// precision the pebble would be smaller than the rounding error. Queries run outside the step, so they can afford
+// double precision.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct PlacedShape {
   double radius = 0;    ///< m
   double thinnest = 0;  ///< about half the least width (m)
 
-  PlacedShape(const Geometry& shape, const Pose& pose) : position(to_double(pose.position)) {
+  FATHOM_HD PlacedShape(const Geometry& shape, const Pose& pose) : position(to_double(pose.position)) {
     const Quat& q = pose.rotation;
     const Vec3d v = to_double(q.vector());
     const double w = to_double(q.w), s = 2 / (w * w + dot(v, v));
@@ -41,10 +41,10 @@ struct PlacedShape {
     }
   }
 
-  Vec3d to_local(Vec3d direction) const {
+  FATHOM_HD Vec3d to_local(Vec3d direction) const {
     return {dot(axes[0], direction), dot(axes[1], direction), dot(axes[2], direction)};
   }
-  Vec3d to_world(Vec3d local) const { return local.x * axes[0] + (local.y * axes[1] + local.z * axes[2]); }
+  FATHOM_HD Vec3d to_world(Vec3d local) const { return local.x * axes[0] + (local.y * axes[1] + local.z * axes[2]); }
 
   /// The core's farthest point along `direction`, relative to `position`, both in world axes.
   Vec3d support(Vec3d direction) const {

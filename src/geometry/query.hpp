@@ -19,11 +19,22 @@ struct SurfaceHit {
   std::uint32_t child = 0;               ///< of a compound
 };
 
+/// Search limit beyond the nearest hit so far: a hit that is equally near up to rounding may have a lower number.
+FATHOM_HD float search_limit(double nearest) {
+  const double limit = nearest * (1 + 1e-6);
+  return limit < 1 ? static_cast<float>(limit) : 1.0f;
+}
+
+/// The same among bodies, whose fractions are known in single precision.
+FATHOM_HD double limit_beyond(float nearest) {
+  const double limit = (1 + 1e-7) * static_cast<double>(nearest);
+  return limit < 1 ? limit : 1.0;
+}
+
 /// Where the ray from `origin` to `origin` + `translation` enters the placed shape, up to the fraction `limit`. A ray
 /// of zero length hits the shapes that contain its origin. A ray hits surfaces only from outside. All arguments must be
 /// finite.
-std::optional<SurfaceHit> ray_cast(const Geometry& shape, const Pose& pose, Vec3 origin, Vec3 translation,
-                                   double limit = 1);
+std::optional<SurfaceHit> ray_cast(const Geometry& shape, const Pose& pose, const Ray& ray, double limit = 1);
 
 /// Where `moving` first touches `still` when moved along `translation` (not zero), up to the fraction `limit` of it. It
 /// stops short of contact by at most a millionth of the thinner shape's thickness.

@@ -6,6 +6,7 @@
 
 #include "check/check.hpp"
 #include "geometry/local_box.hpp"
+#include "geometry/ray.hpp"
 
 namespace fathom {
 namespace {
@@ -43,33 +44,13 @@ void for_each_along(const Surface& surface, Vec3d centre, Vec3d half, Vec3d way,
 
 }  // namespace
 
-// The edge tests have bit-identical signs for the triangles on both sides of an edge: no ray passes between them (S.
-// Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2 (2013)).
-std::optional<SurfaceHit> ray_cast_at_surface(const Geometry& surface, const Pose& pose, Vec3 origin, Vec3 translation,
-                                              double limit) {
-  const PlacedShape frame(surface, pose);
-  const Vec3d from = to_double(origin), way = to_double(translation);
-  const Vec3d local_origin = frame.to_local(from - frame.position), local_way = frame.to_local(way);
-  double nearest = limit;
-  std::uint32_t met = no_triangle;
-  Vec3d normal;
-  for_each_along(surface.surface(), local_origin, {}, local_way, [&](std::uint32_t number, const Triangle& triangle) {
-    const Corners t(triangle, local_origin);
-    const Vec3d n = t.normal();
-    const double approach = -dot(n, local_way);
-    const bool is_through = approach > 0 && dot(local_way, cross(t.a, t.b)) <= 0 &&
-                            dot(local_way, cross(t.b, t.c)) <= 0 && dot(local_way, cross(t.c, t.a)) <= 0;
-    if (!is_through) return search_limit(nearest);
-    const double fraction = -dot(n, t.a) / approach;
-    if (!(fraction >= 0) || fraction > nearest || (fraction == nearest && number > met)) return search_limit(nearest);
-    nearest = fraction, met = number, normal = n;
-    return search_limit(nearest);
-  });
-  if (met == no_triangle) return std::nullopt;
-  const bool starts_inside = nearest == 0;
-  const Vec3d unit = starts_inside ? Vec3d{} : (1 / length(normal)) * normal;
-  return SurfaceHit{static_cast<float>(nearest), to_float(from + nearest * way), to_float(frame.to_world(unit)),
-                    starts_inside, met};
+std::optional<SurfaceHit> ray_cast_at_surface(const Geometry& surface, const Pose& pose, const Ray& ray, double limit) {
+  SurfaceRay of_surface(ray, surface, pose, limit);
+  const LocalRay& local = of_surface.local();
+  for_each_along(surface.surface(), local.origin, {}, local.translation,
+                 [&](std::uint32_t number, const Triangle& triangle) { return of_surface.meet(number, triangle); });
+  SurfaceHit hit;
+  return of_surface.hit(hit) ? std::optional(hit) : std::nullopt;
 }
 
 std::optional<SurfaceHit> shape_cast_at_surface(const PlacedShape& moving, Vec3 translation, const Geometry& surface,

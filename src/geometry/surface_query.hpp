@@ -8,8 +8,7 @@
 
 namespace fathom {
 
-std::optional<SurfaceHit> ray_cast_at_surface(const Geometry& surface, const Pose& pose, Vec3 origin, Vec3 translation,
-                                              double limit);
+std::optional<SurfaceHit> ray_cast_at_surface(const Geometry& surface, const Pose& pose, const Ray& ray, double limit);
 
 std::optional<SurfaceHit> shape_cast_at_surface(const PlacedShape& moving, Vec3 translation, const Geometry& surface,
                                                 const Pose& pose, double limit);

@@ -30,6 +30,7 @@ class BodyTree {
   void refresh_fixed(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool);
 
   const FixedTree& fixed() const { return sides_.fixed; }
+  const Bvh& moving() const { return moving_; }
 
   /// Visits bodies whose boxes the moving box meets, as `Bvh::visit` does.
   void visit(const MovingBox& box, BodyVisitor& visitor) const;

@@ -74,7 +74,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 }  // namespace
 
 void Bvh::build(std::span<const std::uint32_t> items, const BodyBounds* bounds, ThreadPool& pool) {
-  ++times_built_;
+  ++times_built_, ++version_;
   leaves_.resize(items.size());
   levels_.clear();
   area_ = area_when_built_ = 0;
@@ -150,6 +150,7 @@ constexpr std::size_t nodes_ahead = 2;
 // All threads refit subtrees of two levels, writing each one's box into the node above; one thread refits the few
 // levels above.
 void Bvh::refit(const BodyBounds* bounds, ThreadPool& pool) {
+  ++version_;
   if (leaves_.empty()) return;
   const std::size_t subtrees = (levels_[0].count + width - 1) / width;
   areas_.assign(subtrees, 0.0);

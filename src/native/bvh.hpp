@@ -24,6 +24,16 @@ namespace fathom::native {
 
 class Bvh {
  public:
+  static constexpr std::size_t width = 8;
+  struct alignas(32) Node {
+    float lower[3][width];
+    float upper[3][width];
+  };
+  struct Level {
+    std::size_t first;  // node
+    std::size_t count;
+  };
+
   /// Sorts `items` (indices into `bounds`) and builds the tree over their fat boxes.
   void build(std::span<const std::uint32_t> items, const BodyBounds* bounds, ThreadPool& pool);
   /// Recomputes all boxes of the tree in place.
@@ -61,20 +71,16 @@ class Bvh {
   std::size_t size() const { return leaves_.size(); }
   /// All items in tree order.
   std::span<const std::uint32_t> leaves() const { return leaves_; }
+  /// Level by level, the leaves' parents first.
+  std::span<const Node> nodes() const { return nodes_; }
+  std::span<const Level> levels() const { return levels_; }
   std::uint64_t times_built() const { return times_built_; }
+  /// Number of changes so far.
+  std::uint64_t version() const { return version_; }
   std::size_t memory_bytes() const;
 
  private:
-  static constexpr std::size_t width = 8;
-  struct alignas(32) Node {
-    float lower[3][width];
-    float upper[3][width];
-  };
   class Probe;
-  struct Level {
-    std::size_t first;  // node
-    std::size_t count;
-  };
   struct Key {
     std::uint64_t code;
     std::uint32_t item;
@@ -97,11 +103,11 @@ class Bvh {
   void refit_subtree(const BodyBounds* bounds, std::size_t root);
 
   std::vector<std::uint32_t> leaves_;  // items in tree order
-  std::vector<Node> nodes_;            // level by level, leaves' parents first
+  std::vector<Node> nodes_;
   std::vector<Level> levels_;
   std::vector<Key> keys_, sorted_;
   std::vector<double> areas_;  // per two-level subtree
-  std::uint64_t times_built_ = 0;
+  std::uint64_t times_built_ = 0, version_ = 0;
   double area_ = 0;
   double area_when_built_ = 0;
 };

@@ -31,6 +31,12 @@ class FixedTree {
   /// Like `Bvh::visit`.
   float visit(const MovingBox& box, float limit, BodyVisitor& visitor) const;
 
+  // Its trees, for those who search them on their own: most bodies, except those in `stale`, and those
+  // that were added or moved later.
+  const Bvh& tree() const { return tree_; }
+  const Bvh& late() const { return late_; }
+  std::span<const std::uint32_t> stale() const { return stale_; }
+
   void save(ByteWriter& write) const;
   void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool);
   std::size_t memory_bytes() const;

@@ -294,6 +294,15 @@ std::span<const Pose> NativeSimulator::refresh_queries() {
   return state_.poses;
 }
 
+/// On the world's threads, unless another query is using them.
+void NativeSimulator::divide_query(std::size_t count, const std::function<void(std::size_t, std::size_t)>& run) const {
+  const std::unique_lock lock(dividing_, std::try_to_lock);
+  if (lock)
+    pool_.for_each_part(count, min_rays_of_part, run);
+  else
+    run(0, count);
+}
+
 void NativeSimulator::note_moved(std::uint32_t slot) {
   outdate_queries();
   if (bodies[slot].motion == MotionType::fixed)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -68,6 +69,7 @@ class NativeSimulator : public Simulator {
   void for_each_contact_of(std::uint32_t slot, const std::function<void(const ContactInfo&)>& visit) override;
 
   void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const override { tree_.visit(box, visitor); }
+  void divide_query(std::size_t count, const std::function<void(std::size_t, std::size_t)>& run) const override;
 
  protected:
   /// Without a broad phase, `set_broad_phase` must be called before anything else.
@@ -89,7 +91,7 @@ class NativeSimulator : public Simulator {
   BodyState state_;
   ContactGraph graph_;
   ContactChanges changes_;  // what this step's narrow phase found
-  ThreadPool pool_;
+  mutable ThreadPool pool_;
   bool lists_added_ = false;          // for derived classes that ask for it
   std::vector<std::uint32_t> added_;  // contacts found by this step's search
 
@@ -174,7 +176,8 @@ class NativeSimulator : public Simulator {
   ThreadBudget threads_;
   HeapDivision division_;
   std::unique_ptr<BroadPhase> broad_phase_;
-  BodyTree tree_;  // for queries
+  BodyTree tree_;                // for queries
+  mutable std::mutex dividing_;  // held by the query that uses the threads
   Seams seams_{bodies, state_, joints, excluded};
   ContactSolver solver_;
   std::optional<CellSolver> cell_solver_;  // replaces `solver_` with the partition `cells`

@@ -130,7 +130,7 @@ void Islands::restore(ByteReader& in) {
 }
 
 void Bvh::restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool) {
-  ++times_built_;
+  ++times_built_, ++version_;
   in(leaves_, area_when_built_);
   for (const std::uint32_t leaf : leaves_) in.require(leaf < bounds.size());
   levels_.clear();

@@ -27,6 +27,7 @@ inline constexpr double waiting_a_loop = 2e-6;
 inline constexpr std::size_t bodies_a_thread = 64;       ///< bodies in contact, at least
 inline constexpr std::size_t blocks_a_thread = 4;        ///< blocks of constraints, at least
 inline constexpr std::size_t free_grain = 256;           ///< bodies without contacts per chunk
+inline constexpr std::size_t min_rays_of_part = 64;      ///< rays of one query
 inline constexpr std::size_t flags_grain = 512;          ///< bodies per chunk of a flag scan
 inline constexpr std::size_t layout_grain = 512;         ///< bodies per chunk of the layout
 inline constexpr std::size_t min_to_sort = 1024;         ///< lanes worth sorting on several threads

@@ -22,6 +22,22 @@ bool is_before(float fraction, BodyId id, const CastHit& other) {
   return fraction != other.fraction ? fraction < other.fraction : id.index < other.body.index;
 }
 
+QuerySight sight_of(const QueryFilter& filter) { return {filter.mask, filter.category, filter.group, filter.sensors}; }
+
+MovingBox box_of(const Ray& ray) { return {ray.origin, {}, ray.translation}; }
+MovingBox box_of(const PlacedShape& shape, Vec3 translation) {
+  return {to_float(shape.position), to_float(shape.reach()), translation};
+}
+
+auto meeting(const Ray& ray) {
+  return [ray](const Geometry& shape, const Pose& pose, double limit) { return ray_cast(shape, pose, ray, limit); };
+}
+auto meeting(const PlacedShape& moving, Vec3 translation) {
+  return [&moving, translation](const Geometry& shape, const Pose& pose, double limit) {
+    return shape_cast_at(moving, translation, shape, pose, limit);
+  };
+}
+
 /// The data of one query.
 class Query {
  public:
@@ -37,8 +53,7 @@ class Query {
   std::optional<CastHit> nearest(const MovingBox& box, const Meet& meet) const {
     std::optional<CastHit> nearest;
     for_each_in(box, [&](std::uint32_t slot) {
-      // A body that is equally near, up to rounding, may have a lower index.
-      const double limit = nearest ? std::min(1.0, (1 + 1e-7) * static_cast<double>(nearest->fraction)) : 1.0;
+      const double limit = limit_beyond(nearest ? nearest->fraction : 1.0f);
       const std::optional<SurfaceHit> hit = meet(bodies_[slot].geometry, poses_[slot], limit);
       const bool is_nearer = hit && (!nearest || is_before(hit->fraction, bodies_.id(slot), *nearest));
       if (is_nearer && accepts(slot)) nearest = cast_hit(slot, *hit);
@@ -46,6 +61,9 @@ class Query {
     });
     return nearest;
   }
+
+  /// The nearest hits of many rays.
+  void cast(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits) const;
 
   /// All hits, nearest first.
   template <class Meet>
@@ -93,13 +111,8 @@ class Query {
   }
 
   bool looks_at(std::uint32_t slot) const {
-    if (bodies_[slot].is_sensor && !filter_.sensors) return false;
-    if (!passes(bodies_[slot].filter)) return false;
-    return std::ranges::find(filter_.ignored, slot, &BodyId::index) == filter_.ignored.end();
-  }
-  bool passes(const Filter& body) const {
-    if (filter_.group != 0 && filter_.group == body.group) return filter_.group > 0;
-    return (body.category & filter_.mask) != 0 && (filter_.category == 0 || (filter_.category & body.mask) != 0);
+    return sight_of(filter_).sees(bodies_[slot].filter, bodies_[slot].is_sensor) &&
+           std::ranges::find(filter_.ignored, slot, &BodyId::index) == filter_.ignored.end();
   }
   bool accepts(std::uint32_t slot) const { return !filter_.accepts || filter_.accepts(bodies_.id(slot)); }
 
@@ -112,6 +125,23 @@ class Query {
   const QueryFilter& filter_;
   std::span<const Pose> poses_;
 };
+
+void Query::cast(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits) const {
+  const auto one_by_one = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) hits[i] = nearest(box_of(rays[i]), meeting(rays[i]));
+  };
+  // The filter's callback is called on the caller's thread alone.
+  if (filter_.accepts) return one_by_one(0, rays.size());
+  std::vector<std::uint32_t> ignored;
+  for (const BodyId id : filter_.ignored) ignored.push_back(id.index);
+  std::ranges::sort(ignored);
+  const auto take = [&](std::size_t first, std::span<const RayHit> found) {
+    for (std::size_t i = 0; i < found.size(); ++i)
+      hits[first + i] =
+          found[i].slot == RayHit::nothing ? std::nullopt : std::optional(cast_hit(found[i].slot, found[i].hit));
+  };
+  if (!simulator_.cast_rays({rays, sight_of(filter_), ignored}, take)) simulator_.divide_query(rays.size(), one_by_one);
+}
 
 void check_translation(Vec3 translation, const std::string& action) {
   check_finite(translation, action.c_str(), "the translation");
@@ -130,22 +160,6 @@ PlacedShape checked(const Shape& shape, const Pose& pose, const char* action) {
   if (shape.compound) refuse(std::string(action) + ": the shape is a compound; ask with each of its children");
   check_pose(pose, action);
   return {geometry(shape), pose};
-}
-
-MovingBox box_of(const Ray& ray) { return {ray.origin, {}, ray.translation}; }
-MovingBox box_of(const PlacedShape& shape, Vec3 translation) {
-  return {to_float(shape.position), to_float(shape.reach()), translation};
-}
-
-auto meeting(const Ray& ray) {
-  return [ray](const Geometry& shape, const Pose& pose, double limit) {
-    return ray_cast(shape, pose, ray.origin, ray.translation, limit);
-  };
-}
-auto meeting(const PlacedShape& moving, Vec3 translation) {
-  return [&moving, translation](const Geometry& shape, const Pose& pose, double limit) {
-    return shape_cast_at(moving, translation, shape, pose, limit);
-  };
 }
 
 /// `s` is relative to a shape at position `at`.
@@ -199,8 +213,7 @@ void World::cast_rays(std::span<const Ray> rays, std::span<std::optional<CastHit
     } catch (const Error& error) {
       throw Error(error.code(), "ray " + std::to_string(i) + ": " + error.what());
     }
-  const Query query(*simulator_, filter, "cast rays");
-  for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = query.nearest(box_of(rays[i]), meeting(rays[i]));
+  Query(*simulator_, filter, "cast rays").cast(rays, hits);
 }
 
 std::optional<CastHit> World::cast_shape(const Shape& shape, const Pose& pose, Vec3 translation,
