@@ -1,7 +1,12 @@
-// Queries of 10,000 bodies: a cloud of cubes (the published `drift`), and cubes and hulls in layers on a ground.
+// Queries of 10,000 bodies: a cloud of cubes (the published `drift`), and cubes and hulls in layers on a ground; and a
+// sea bed, a mesh of 1,000,000 triangles with 1,000 bodies on it.
+//
+// FATHOM_BENCH_DEVICE names the device (the default is the host), FATHOM_BENCH_THREADS the number of threads (1).
 #include <benchmark/benchmark.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <fathom/mesh.hpp>
 #include <fathom/world.hpp>
 #include <random>
 #include <vector>
@@ -36,8 +41,9 @@ Shape pebble(std::mt19937& random) {
 WorldDef definition(SimulatorKind kind) {
   WorldDef def;
   def.simulator = kind;
-  def.device = "host";
-  def.threads = 1;
+  const char *const device = std::getenv("FATHOM_BENCH_DEVICE"), *const threads = std::getenv("FATHOM_BENCH_THREADS");
+  def.device = device ? device : "host";
+  def.threads = threads ? std::atoi(threads) : 1;
   return def;
 }
 
@@ -63,10 +69,36 @@ World layers(SimulatorKind kind) {
   return world;
 }
 
-std::vector<Ray> rays(float length) {
+World sea_bed(SimulatorKind kind) {
+  constexpr int cells = 707;
+  constexpr float half = 1.4f * reach, cell = 2 * half / cells;
+  std::vector<Vec3> vertices;
+  std::vector<std::uint32_t> indices;
+  for (int j = 0; j <= cells; ++j)
+    for (int i = 0; i <= cells; ++i) {
+      const float x = static_cast<float>(i) * cell - half, y = static_cast<float>(j) * cell - half;
+      vertices.push_back({x, y, 3 * std::sin(0.13f * x) * std::cos(0.11f * y) + 0.3f * std::sin(1.7f * x + 2.1f * y)});
+    }
+  for (std::uint32_t j = 0; j < cells; ++j)
+    for (std::uint32_t i = 0; i < cells; ++i) {
+      const std::uint32_t a = j * (cells + 1) + i, b = a + cells + 1;
+      indices.insert(indices.end(), {a, a + 1, b + 1, a, b + 1, b});
+    }
+  World world(definition(kind));
+  world.add({.motion = MotionType::fixed, .shape = mesh(vertices, indices)});
+  std::mt19937 random(1);
+  for (int i = 0; i < 1000; ++i) {
+    Vec3 at = reach * in_cube(random);
+    at.z = uniform(random, 1, 5);
+    world.add({.pose = {at, 0, any_rotation(random)}, .shape = i % 2 ? pebble(random) : box({0.5f, 0.5f, 0.5f})});
+  }
+  return world;
+}
+
+std::vector<Ray> rays(float length, std::size_t count = ray_count) {
   std::mt19937 random(2);
   std::vector<Ray> all;
-  for (std::size_t i = 0; i < ray_count; ++i)
+  for (std::size_t i = 0; i < count; ++i)
     all.push_back({0.7f * reach * in_cube(random), length * normalize(in_cube(random))});
   return all;
 }
@@ -96,6 +128,31 @@ void cast_rays(benchmark::State& state, MakeWorld make, SimulatorKind kind) {
 BENCHMARK_CAPTURE(cast_rays, cloud, cloud, SimulatorKind::native)->Arg(10)->Arg(100);
 BENCHMARK_CAPTURE(cast_rays, cloud_device, cloud, SimulatorKind::device)->Arg(100);
 BENCHMARK_CAPTURE(cast_rays, layers, layers, SimulatorKind::native)->Arg(10)->Arg(100);
+
+/// As many rays as the argument says, of 100 m, each time after a step.
+void cast_after_a_step(benchmark::State& state, MakeWorld make, SimulatorKind kind) {
+  World world = make(kind);
+  const std::vector<Ray> all = rays(100, static_cast<std::size_t>(state.range(0)));
+  std::vector<std::optional<CastHit>> hits(all.size());
+  std::size_t met = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    world.step();
+    world.wait();
+    state.ResumeTiming();
+    world.cast_rays(all, hits);
+  }
+  for (const auto& hit : hits) met += hit.has_value();
+  state.counters["met"] = static_cast<double>(met) / static_cast<double>(hits.size());
+  state.SetItemsProcessed(static_cast<std::int64_t>(all.size() * state.iterations()));
+}
+constexpr std::int64_t million = 1'000'000;
+BENCHMARK_CAPTURE(cast_after_a_step, cloud, cloud, SimulatorKind::native)->Arg(256)->Arg(2048)->Arg(million);
+BENCHMARK_CAPTURE(cast_after_a_step, cloud_device, cloud, SimulatorKind::device)->Arg(256)->Arg(2048)->Arg(million);
+BENCHMARK_CAPTURE(cast_after_a_step, layers, layers, SimulatorKind::native)->Arg(2048)->Arg(million);
+BENCHMARK_CAPTURE(cast_after_a_step, layers_device, layers, SimulatorKind::device)->Arg(2048)->Arg(million);
+BENCHMARK_CAPTURE(cast_after_a_step, sea_bed, sea_bed, SimulatorKind::native)->Arg(2048)->Arg(million);
+BENCHMARK_CAPTURE(cast_after_a_step, sea_bed_device, sea_bed, SimulatorKind::device)->Arg(2048)->Arg(million);
 
 void cast_ray_all(benchmark::State& state, MakeWorld make) {
   ask_of_each(state, make, [](const World& world, const Ray& ray) {

@@ -35,7 +35,7 @@ inline constexpr std::size_t first_events = 1024;
 inline constexpr std::uint32_t prefetched_pairs = 1024;
 
 /// Rays of one call that are worth sending to the device, and those sent at once.
-inline constexpr std::size_t min_device_rays = 512, max_rays_of_batch = std::size_t{1} << 17;
+inline constexpr std::size_t min_device_rays = 256, max_rays_of_batch = std::size_t{1} << 17;
 
 // --- room to begin with ----------------------------------------------------------------------------------------------
 

@@ -19,18 +19,18 @@ FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) 
 }
 
 /// Depth that counts as touching where a contact begins (m): that of its deepest point, less the `sag` (m) of springs
-/// under a body's own weight, so that they press. Zero where that depth exceeds 10 cm or a tenth of the thinner shape's
-/// half thickness: a load might push a deeper body through. Bouncing bodies carry nothing, and a hit may turn a body
-/// within a step and leave it unexpectedly deep in another. They may start at a larger share of the half thickness, and
-/// bounce from there as usual.
+/// under a body's own weight, so that they press. Where that depth exceeds 10 cm or a tenth of the thinner shape's half
+/// thickness, a tenth of it is pushed out in any case, lest a load should push the body through. Bouncing bodies carry
+/// nothing, and a hit may turn a body within a step and leave it unexpectedly deep in another. They may start at a
+/// larger share of the half thickness, and bounce from there as usual.
 FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b,
                               float sag) {
   float nearest = 0;
   for (int i = 0; i < max_manifold_points; ++i)
     if (i < m.count) nearest = min(nearest, m.points[i].separation);
   const float share = restitution > 0 ? bouncing_overlap_share : first_overlap_share;
-  return -nearest <= min(max_first_overlap, share * min(half_thickness_a, half_thickness_b)) ? max(-nearest - sag, 0.0f)
-                                                                                             : 0.0f;
+  const float depth = -nearest, limit = min(max_first_overlap, share * min(half_thickness_a, half_thickness_b));
+  return depth <= limit ? max(depth - sag, 0.0f) : min(deep_overlap_share * depth, max_deep_overlap);
 }
 
 /// Factor by which an overlap fades within a step of length dt (s).

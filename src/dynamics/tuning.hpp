@@ -37,9 +37,11 @@ inline constexpr int bounce_rounds = 8;
 /// Time constant (s) with which an overlap fades. Bodies that rise with it are decelerated by overlap / time², at most
 /// 4.4 m/s²: in stronger gravity they stay on what they rise from (tests/overlap_test.cpp).
 inline constexpr float overlap_time = 0.15f;
-/// Maximum depth of a new contact that counts as touching: in m, and as shares of the thinner shape's half thickness,
-/// without and with restitution (`first_overlap`).
+/// Maximum depth of a new contact all of which counts as touching: in m, and as shares of the thinner shape's half
+/// thickness, without and with restitution (`first_overlap`).
 inline constexpr float max_first_overlap = 0.1f, first_overlap_share = 0.1f, bouncing_overlap_share = 0.7f;
+/// Share of a greater depth that counts nevertheless, up to so many m.
+inline constexpr float deep_overlap_share = 0.9f, max_deep_overlap = 0.5f;
 /// Depth that a contact may keep under a load: a share of the thinner body's half thickness, but at least a millimetre
 /// and at most the larger share (`lasting_depth`).
 inline constexpr float lasting_depth_share = 0.01f, min_lasting_depth = 0.001f, max_lasting_depth_share = 0.1f;

@@ -63,7 +63,7 @@ class Slack {
 
  private:
   static constexpr float lift_scale = 16777216;  // distinguishes lifts from overlaps without loss of digits
-  static_assert(lift_scale * lift_gone > 1 && max_first_overlap < 1);
+  static_assert(lift_scale * lift_gone > 1 && max_first_overlap < 1 && max_deep_overlap < 1);
 
   explicit Slack(float value) : value_(value) {}
   float value_ = 0;  // the distance, the negative overlap, or the negative scaled lift

@@ -297,10 +297,11 @@ std::span<const Pose> NativeSimulator::refresh_queries() {
 /// On the world's threads, unless another query is using them.
 void NativeSimulator::divide_query(std::size_t count, const std::function<void(std::size_t, std::size_t)>& run) const {
   const std::unique_lock lock(dividing_, std::try_to_lock);
-  if (lock)
-    pool_.for_each_part(count, min_rays_of_part, run);
-  else
-    run(0, count);
+  if (!lock) return run(0, count);
+  const int before = pool_.thread_count();
+  pool_.use(pool_.size());
+  pool_.for_each_part(count, min_rays_of_part, run);
+  pool_.use(before);
 }
 
 void NativeSimulator::note_moved(std::uint32_t slot) {
