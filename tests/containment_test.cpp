@@ -169,7 +169,7 @@ class Containment : public testing::TestWithParam<Variant> {
     const std::size_t failing_bodies = fill(world, heap, islands);
     run(world, settling);
     // How soon such a step comes is chance: a colour that one contact chooses changes those of others.
-    for (int later = 0; later < 40; ++later, world.step()) {
+    for (int later = 0; later < 200; ++later, world.step()) {
       std::vector<std::byte> start;
       world.save(start);
       const Outcome expected = run_on(v, start, SolverStage::before_step, 0, false);
