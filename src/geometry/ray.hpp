@@ -113,14 +113,24 @@ FATHOM_HD bool meets_convex(const Ray& ray, const Geometry& shape, const Pose& p
   const Vec3d from = to_double(ray.origin), way = to_double(ray.translation);
   const LocalRay local{placed.to_local(from - placed.position), placed.to_local(way)};
   RayEntry entry;
-  if (shape.type == ShapeType::sphere)
-    entry = enter_ball(local, {}, placed.radius);
-  else if (shape.type == ShapeType::capsule)
-    entry = enter_capsule(local, placed.radius, placed.half.z);
-  else if (shape.type == ShapeType::box)
-    entry = enter_box(local, placed.half);
-  else if (shape.type == ShapeType::hull)
-    entry = enter_hull(local, shape.hull);
+  switch (shape.type) {
+    case ShapeType::sphere:
+      entry = enter_ball(local, {}, placed.radius);
+      break;
+    case ShapeType::capsule:
+      entry = enter_capsule(local, placed.radius, placed.half.z);
+      break;
+    case ShapeType::box:
+      entry = enter_box(local, placed.half);
+      break;
+    case ShapeType::hull:
+      entry = enter_hull(local, shape.hull);
+      break;
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+    case ShapeType::compound:
+      break;  // SurfaceRay, geometry/child_search.hpp
+  }
   if (!entry.is_hit) return false;
   hit = SurfaceHit{static_cast<float>(entry.fraction), to_float(from + entry.fraction * way),
                    to_float(placed.to_world(entry.normal)), entry.starts_inside};
