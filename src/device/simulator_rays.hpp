@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "check/check.hpp"
 #include "device/device_simulator.hpp"
 #include "device/tuning.hpp"
 
@@ -19,7 +20,7 @@ bool DeviceSimulator<D>::cast_rays(const ManyRays& many, const TakeHits& take) c
 /// Casts the rays in batches. While the device works on one, the host passes on the hits of the one before.
 template <exec::Device D>
 void DeviceSimulator<D>::cast_rays_now(const ManyRays& many, const TakeHits& take) {
-  upload_shapes();
+  FATHOM_ASSERT(hull_memory_.is_current() && surface_memory_.is_current());
   ray_memory_.upload(device_, bodies, tree_.bodies(), {poses_.data(), bodies.slot_count()}, hull_memory_,
                      surface_memory_);
   const std::size_t batches = (many.rays.size() + max_rays_of_batch - 1) / max_rays_of_batch;
