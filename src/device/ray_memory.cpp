@@ -45,7 +45,7 @@ RayTree RayMemory::view_of(const native::Bvh& tree) {
   RayTree view;
   view.leaf_count = static_cast<std::uint32_t>(tree.size());
   if (tree.size() == 0) return view;
-  FATHOM_ASSERT(tree.levels().size() <= RayTree::max_levels, tree.levels().size());
+  FATHOM_ASSERT(tree.levels().size() <= RayTree::max_levels);
   for (const native::Bvh::Level& level : tree.levels()) {
     view.first[view.level_count] = static_cast<std::uint32_t>(level.first);
     view.count[view.level_count++] = static_cast<std::uint32_t>(level.count);
