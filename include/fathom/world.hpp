@@ -375,7 +375,8 @@ class FATHOM_API World {
   std::optional<CastHit> cast_ray(Vec3 origin, Vec3 translation, const QueryFilter& filter = {}) const;
   /// All hits, one per body at the point where the ray enters it, nearest first.
   std::vector<CastHit> cast_ray_all(Vec3 origin, Vec3 translation, const QueryFilter& filter = {}) const;
-  /// Overwrites hits[i] with `cast_ray` of rays[i]. Throws if the sizes differ.
+  /// Overwrites hits[i] with `cast_ray` of rays[i], on the world's threads or its device; a filter's callback is called
+  /// on the caller's thread alone. Throws if the sizes differ.
   void cast_rays(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits,
                  const QueryFilter& filter = {}) const;
   /// The first hit of the shape, moved from `pose` along `translation` (m) without turning. The shape stops short of
