@@ -189,8 +189,8 @@ struct ContactChanges {
       const BodyConstants &a = bodies.constants[pieces.a], &b = bodies.constants[pieces.b];
       if (is_round(a.shape()) || is_round(b.shape())) c.bits |= round_bit;
       mix(c, m);
-      c.offset =
-          first_overlap(fresh, m.restitution, half_thickness(a), half_thickness(b), sag * length(counters->gravity));
+      c.offset = first_overlap(fresh, m.restitution, half_thickness(a), half_thickness(b),
+                               sag * length(counters->gravity), c.in_parts());
     }
     if (is_ahead) c.offset = 0;
     c.bits = is_ahead ? c.bits | ahead_bit : c.bits & ~ahead_bit;

@@ -22,15 +22,17 @@ FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) 
 /// under a body's own weight, so that they press. Where that depth exceeds 10 cm or a tenth of the thinner shape's half
 /// thickness, a tenth of it is pushed out in any case, lest a load should push the body through. Bouncing bodies carry
 /// nothing, and a hit may turn a body within a step and leave it unexpectedly deep in another. They may start at a
-/// larger share of the half thickness, and bounce from there as usual.
+/// larger share of the half thickness, and bounce from there as usual. Children of compounds (`of_compound`) do not
+/// count beyond the limit: compounds that part slowly stay hooked into each other as they fall, and jam.
 FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b,
-                              float sag) {
+                              float sag, bool of_compound) {
   float nearest = 0;
   for (int i = 0; i < max_manifold_points; ++i)
     if (i < m.count) nearest = min(nearest, m.points[i].separation);
   const float share = restitution > 0 ? bouncing_overlap_share : first_overlap_share;
   const float depth = -nearest, limit = min(max_first_overlap, share * min(half_thickness_a, half_thickness_b));
-  return depth <= limit ? max(depth - sag, 0.0f) : min(deep_overlap_share * depth, max_deep_overlap);
+  if (depth <= limit) return max(depth - sag, 0.0f);
+  return of_compound ? 0.0f : min(deep_overlap_share * depth, max_deep_overlap);
 }
 
 /// Factor by which an overlap fades within a step of length dt (s).

@@ -100,8 +100,9 @@ void NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& 
   if (c.in_parts) c.axis = fresh.axis;
   FATHOM_ASSERT(!c.round || fresh.manifold.count <= 2);  // rolling data occupies the other points' memory
   graph_.mix_materials(c, manifold);
-  const float overlap =
-      first_overlap(fresh.manifold, manifold.restitution, a.half, b.half, contact_sag(def) * length(def.gravity));
+  const bool of_compound = bodies[c.a].geometry.is_compound() || bodies[c.b].geometry.is_compound();
+  const float overlap = first_overlap(fresh.manifold, manifold.restitution, a.half, b.half,
+                                      contact_sag(def) * length(def.gravity), of_compound);
   c.ahead = fresh.ahead >= 0;
   c.slack =
       overlap > 0 && !c.ahead ? Slack::of_overlap(overlap) : Slack::of_distance(recycle_distance(c, children, bodies));
