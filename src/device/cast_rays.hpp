@@ -62,9 +62,7 @@ struct FieldView {
   FATHOM_HD std::uint32_t rows() const { return view.rows; }
   FATHOM_HD float cell_x() const { return view.cell_x; }
   FATHOM_HD float cell_y() const { return view.cell_y; }
-  FATHOM_HD bool is_hole(std::uint32_t cell) const {
-    return view.holes && (view.holes[cell / 64] >> cell % 64 & 1) != 0;
-  }
+  FATHOM_HD bool is_hole(std::uint32_t cell) const { return view.is_hole(cell); }
   FATHOM_HD Triangle triangle(std::uint32_t number) const { return view.triangle(number); }
 };
 

@@ -228,7 +228,7 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
 
 template <exec::Device D>
 std::span<const Pose> DeviceSimulator<D>::refresh_queries() {
-  upload_shapes();  // for rays; here, because it may have to wait for steps, after which queries are of another one
+  upload_shapes();  // for rays; first, because waiting for steps outdates queries
   fetch_bodies();
   tree_.refresh(bodies, {poses_.data(), bodies.slot_count()});
   ray_memory_.note_poses();

@@ -22,8 +22,8 @@ FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) 
 /// under a body's own weight, so that they press. Where that depth exceeds 10 cm or a tenth of the thinner shape's half
 /// thickness, a tenth of it is pushed out in any case, lest a load should push the body through. Bouncing bodies carry
 /// nothing, and a hit may turn a body within a step and leave it unexpectedly deep in another. They may start at a
-/// larger share of the half thickness, and bounce from there as usual. Children of compounds (`of_compound`) do not
-/// count beyond the limit: compounds that part slowly stay hooked into each other as they fall, and jam.
+/// larger share of the half thickness, and bounce from there as usual. Of children of compounds (`of_compound`) no
+/// greater depth counts: a heap of compounds jammed otherwise (docs/log/2026-11-29-placed-inside-each-other.md).
 FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b,
                               float sag, bool of_compound) {
   float nearest = 0;

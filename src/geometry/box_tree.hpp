@@ -7,7 +7,6 @@
 #include <fathom/box_tree.hpp>
 #include <span>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 #include "geometry/box_way.hpp"

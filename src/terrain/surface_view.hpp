@@ -28,6 +28,9 @@ struct SurfaceView {
     return materials ? material_numbers[heights ? number / 2 : number] : std::uint8_t{0};
   }
 
+  /// Whether a cell of a height field has no ground.
+  FATHOM_HD bool is_hole(std::uint32_t cell) const { return holes && (holes[cell / 64] >> cell % 64 & 1) != 0; }
+
   /// Position of the vertex that has this name in triangles.
   FATHOM_HD Vec3 vertex(std::uint32_t name) const {
     return heights ? sample(name % columns, name / columns) : vertices[name];
@@ -115,7 +118,7 @@ class TriangleSearch {
     while (node_ != none && j_ <= last_j_) {
       const std::uint32_t cell = j_ * (surface_.columns - 1) + i_;
       if (i_++ == last_i_) i_ = first_i_, ++j_;
-      if (surface_.holes && (surface_.holes[cell / 64] >> cell % 64 & 1) != 0) continue;
+      if (surface_.is_hole(cell)) continue;
       triangle_ = 2 * cell, end_ = triangle_ + 2;
       return true;
     }
