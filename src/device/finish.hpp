@@ -107,7 +107,7 @@ struct MoveBodies {
   /// Sets the body's inertia for the next step.
   FATHOM_HD void follow_load(BodyLoad& load) const {
     const float now = __builtin_bit_cast(float, load.now);
-    load = {0, now, next_inertia_scale(load.inertia_scale, min(now, load.before))};
+    load = {0, now, next_inertia_scale(load.inertia_scale, now, load.before)};
     if (now > 0 || load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
   }
 

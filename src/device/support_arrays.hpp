@@ -17,7 +17,7 @@ inline constexpr float was_placed = 2;
 
 /// The inertia that loads on a body want for it (dynamics/overload.hpp). Outlasts a step.
 struct BodyLoad {
-  std::uint32_t now = 0;  ///< maximum that contacts want in this step, as bits; 0: none is overloaded
+  std::uint32_t now = 0;  ///< maximum that contacts want in this step, as bits (`next_inertia_scale`)
   float before = 0;       ///< … in the step before
   float inertia_scale = 1;
 };

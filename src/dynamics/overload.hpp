@@ -51,10 +51,20 @@ FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_su
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
 
-/// A body's inertia factor in the next step, where contacts want it to be `wanted`. It follows the load slowly: a
-/// moving body gains energy if its inertia grows at once, and shakes if its inertia follows each impulse.
-FATHOM_HD float next_inertia_scale(float scale, float wanted) {
-  return max(clamp(wanted, inertia_decay * scale, inertia_growth * scale), 1.0f);
+/// What contacts want of a body that they press without being overloaded: less than any `wanted_inertia`.
+inline constexpr float only_pressed = 0.5f;
+
+/// Whether what contacts wanted is more than `only_pressed`.
+FATHOM_HD bool is_overload(float wanted) { return wanted >= 1; }
+
+/// A body's inertia factor in the next step, where the most that contacts want was `now` in this step and `before` in
+/// the one before; 0: nothing pressed it. It follows the load slowly, and downwards very slowly. A body rises higher
+/// with more inertia, because its weight is its own: if inertia grew while bodies come together and were gone when they
+/// fall again, a heap that sways would gain energy in every cycle. For the same reason a body that nothing presses has
+/// its own inertia at once.
+FATHOM_HD float next_inertia_scale(float scale, float now, float before) {
+  if (now == 0 && before == 0) return 1;
+  return max(clamp(min(now, before), inertia_decay * scale, inertia_growth * scale), 1.0f);
 }
 
 }  // namespace fathom

@@ -31,12 +31,13 @@ class Overloads {
   }
   /// An overloaded contact of the body wants at least this inertia (`wanted_inertia`).
   void note(std::uint32_t slot, float wanted) {
-    std::atomic_ref<float> most(loads_[slot].now);
-    float now = most.load(std::memory_order_relaxed);
-    while (now < wanted && !most.compare_exchange_weak(now, wanted, std::memory_order_relaxed)) {
-    }
+    raise(loads_[slot].now, wanted);
     std::atomic_ref<bool>(any_).store(true, std::memory_order_relaxed);
     list(slot);
+  }
+  /// A contact presses the body.
+  void press(std::uint32_t slot) {
+    if (loads_[slot].inertia_scale > 1) raise(loads_[slot].now, only_pressed);
   }
   /// The body has at least this inertia in this step. Call after the step has begun.
   void require(std::uint32_t slot, float inertia) {
@@ -47,7 +48,7 @@ class Overloads {
   /// Some body was overloaded in the last step.
   bool any() const { return any_; }
   /// The body was overloaded in the last two steps.
-  bool lasts(std::uint32_t slot) const { return slot < loads_.size() && loads_[slot].lasting() > 0; }
+  bool lasts(std::uint32_t slot) const { return slot < loads_.size() && is_overload(loads_[slot].lasting()); }
   /// Some body has more than its own inertia in this step.
   bool any_scaled() const { return any_scaled_; }
   /// The body's inertia in this step, as a multiple of its own.
@@ -66,7 +67,7 @@ class Overloads {
       if (!is_awake(slot)) {
         any_asleep_ = any_asleep_ || load.inertia_scale > 1;
       } else {
-        load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting());
+        load.inertia_scale = next_inertia_scale(load.inertia_scale, load.now, load.before);
         load.before = load.now;
         load.now = 0;
         any_scaled_ = any_scaled_ || load.inertia_scale > 1;
@@ -98,13 +99,19 @@ class Overloads {
 
  private:
   struct Load {
-    float now = 0;     ///< the largest inertia wanted since the step began; 0: nothing is overloaded
+    float now = 0;     ///< the largest inertia wanted since the step began (`next_inertia_scale`)
     float before = 0;  ///< … in the step before
     float inertia_scale = 1;
 
     float lasting() const { return std::min(now, before); }
     bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }
   };
+  static void raise(float& value, float wanted) {
+    std::atomic_ref<float> most(value);
+    float now = most.load(std::memory_order_relaxed);
+    while (now < wanted && !most.compare_exchange_weak(now, wanted, std::memory_order_relaxed)) {
+    }
+  }
   /// The order depends on threads; nothing depends on the order.
   void list(std::uint32_t slot) {
     std::atomic_ref<bool> is_listed(is_listed_[slot]);
