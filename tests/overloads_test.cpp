@@ -15,10 +15,13 @@
 namespace fathom::test::overloads_test {
 namespace {
 
+constexpr float dt = 1.0f / 60;
+
 /// By slot, as simply as possible.
 struct Plain {
   struct Load {
     float now = 0, before = 0, inertia_scale = 1;
+    std::uint32_t idle = 0;
   };
   std::vector<Load> loads;
   std::vector<bool> awake;
@@ -30,7 +33,10 @@ struct Plain {
     any = any_scaled = any_asleep = false;
     for (std::size_t i = 0; i < loads.size(); ++i) {
       Load& l = loads[i];
-      if (awake[i]) l = {0, l.now, next_inertia_scale(l.inertia_scale, l.now, l.before)};
+      if (awake[i]) {
+        const std::uint32_t idle = l.now > wants_nothing ? 0 : l.idle + 1;
+        l = {0, l.now, next_inertia_scale(l.inertia_scale, std::min(l.now, l.before), idle, dt), idle};
+      }
       (awake[i] ? any_scaled : any_asleep) |= l.inertia_scale > 1;
     }
   }
@@ -41,7 +47,7 @@ void expect_same(const native::Overloads& overloads, const Plain& plain, int ste
   ASSERT_EQ(overloads.any_scaled(), plain.any_scaled) << step;
   for (std::uint32_t i = 0; i < plain.loads.size(); ++i) {
     const Plain::Load& l = plain.loads[i];
-    ASSERT_EQ(overloads.lasts(i), is_overload(std::min(l.now, l.before))) << "step " << step << ", slot " << i;
+    ASSERT_EQ(overloads.lasts(i), std::min(l.now, l.before) > 0) << "step " << step << ", slot " << i;
     ASSERT_EQ(overloads.inertia_scale(i), l.inertia_scale) << "step " << step << ", slot " << i;
   }
 }
@@ -73,7 +79,7 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
       }
       const auto slots = static_cast<std::uint32_t>(plain.loads.size());
       if (below(4) == 0) plain.awake[below(slots)] = below(2) == 0;
-      overloads.advance([&](std::uint32_t slot) { return plain.awake[slot]; });
+      overloads.advance(dt, [&](std::uint32_t slot) { return plain.awake[slot]; });
       plain.advance();
       if (below(5) == 0) {
         const std::uint32_t slot = below(slots);
@@ -81,12 +87,8 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
       }
       for (std::uint32_t k = step % 50 < 25 ? below(8) : 0; k > 0; --k) {
         const std::uint32_t slot = below(slots);
-        const float wanted = static_cast<float>(1 + below(30));
-        if (below(3) == 0) {
-          overloads.press(slot);
-          if (plain.loads[slot].inertia_scale > 1)
-            plain.loads[slot].now = std::max(plain.loads[slot].now, only_pressed);
-        } else if (below(6) == 0) {
+        const float wanted = below(5) == 0 ? wants_nothing : static_cast<float>(1 + below(30));
+        if (below(6) == 0) {
           overloads.require(slot, wanted);
           plain.loads[slot].inertia_scale = std::max(plain.loads[slot].inertia_scale, wanted);
           plain.any_scaled = true;
@@ -106,7 +108,7 @@ TEST(Overloads, AreListedOnceHoweverManyThreadsNoteThem) {
   native::Overloads overloads;
   overloads.resize(slots);
   for (int step = 0; step < 50; ++step) {
-    overloads.advance([](std::uint32_t) { return true; });
+    overloads.advance(dt, [](std::uint32_t) { return true; });
     std::vector<std::thread> threads;
     for (std::uint32_t t = 0; t < 4; ++t)
       threads.emplace_back([&, t] {

@@ -14,8 +14,9 @@ namespace fathom::test::thin_heaps_test {
 namespace {
 
 class ThinHeaps : public testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(Simulators, ThinHeaps, testing::Bool(),
-                         [](const auto& info) { return info.param ? "device" : "native"; });
+INSTANTIATE_TEST_SUITE_P(Simulators, ThinHeaps, testing::Bool(), [](const testing::TestParamInfo<bool>& on_device) {
+  return on_device.param ? "device" : "native";
+});
 
 /// Bodies about each other's centres, so that they fall little, each turned about the vertical.
 template <class MakeShape>
@@ -58,30 +59,62 @@ Rest after_10_s(const Scene& scene, bool on_device) {
   return rest;
 }
 
-// The energy of plates was 0.1 to 0.5 J/kg and went on: their added inertia came and went as they swayed, and lifted
-// them in every cycle.
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+// Their energy was 0.07 J/kg and went on: added inertia came and went as they swayed, and gave them energy each time.
 TEST_P(ThinHeaps, OfPlatesComeToRest) {
   Generator random(1);
-  for (int i = 0; i < 8; ++i) {
+  std::vector<double> energies;
+  for (int i = 0; i < 9; ++i) {
     const float size = std::exp(uniform(random, std::log(0.05f), 0));
     const Scene scene = heap(random, 40, size, 0.05f, [&] {
       return box({size, size * uniform(random, 0.5f, 1), 0.015f * size});
     });
     const Rest rest = after_10_s(scene, GetParam());
-    EXPECT_LT(rest.energy, 5e-3) << i << ": plates of " << size << " m";
+    energies.push_back(rest.energy);
     EXPECT_LT(rest.overlap, 0.03 * static_cast<double>(size)) << i << ": plates of " << size << " m";
   }
+  EXPECT_LT(median(energies), 2e-3);
 }
 
 TEST_P(ThinHeaps, OfRodsComeToRest) {
   Generator random(2);
-  for (int i = 0; i < 8; ++i) {
+  std::vector<double> energies;
+  for (int i = 0; i < 9; ++i) {
     const float size = std::exp(uniform(random, std::log(0.05f), 0));
     const Scene scene = heap(random, 60, size, 0.25f, [&] { return box({size, size / 25, size / 25}); });
     const Rest rest = after_10_s(scene, GetParam());
-    EXPECT_LT(rest.energy, 2e-4) << i << ": rods of " << size << " m";
-    EXPECT_LT(rest.overlap, 0.02 * static_cast<double>(size)) << i << ": rods of " << size << " m";
+    energies.push_back(rest.energy);
+    EXPECT_LT(rest.overlap, 0.03 * static_cast<double>(size)) << i << ": rods of " << size << " m";
   }
+  EXPECT_LT(median(energies), 1e-4);
+}
+
+// Under gravity tilted by 35° a heap of plates slides, µ 0.3. It moved by a seventh of what a block does, because its
+// bodies kept the inertia that their load had added.
+TEST_P(ThinHeaps, SlideWhenGravityTilts) {
+  Generator random(3);
+  Scene scene = heap(random, 40, 0.5f, 0.06f, [&] { return box({0.5f, 0.5f * uniform(random, 0.5f, 1), 0.0075f}); });
+  for (BodyDef& def : scene.bodies) def.material.friction = 0.3f;
+  WorldDef def = quiet_world();
+  if (GetParam()) def.simulator = SimulatorKind::device, def.device = test_device();
+  World world(def);
+  const std::vector<BodyId> ids = world.add_bodies(scene.bodies);
+  const auto centre = [&] {
+    float sum = 0;
+    for (std::size_t i = 1; i < ids.size(); ++i) sum += world.pose(ids[i]).position.x;
+    return sum / static_cast<float>(ids.size() - 1);
+  };
+  run(world, 300);
+  const float start = centre();
+  world.set_gravity({9.81f * std::sin(0.61f), 0, -9.81f * std::cos(0.61f)});
+  run(world, 60);
+  const float expected = 0.5f * 9.81f * (std::sin(0.61f) - 0.3f * std::cos(0.61f));
+  EXPECT_GT(centre() - start, 0.35f * expected);
+  EXPECT_LT(centre() - start, 1.6f * expected);
 }
 
 }  // namespace

@@ -23,8 +23,6 @@ struct MarkOverload {
     if (!(stiffness > 0 && gravity > 0 && impulse > 0)) return;
     const ConstraintHead head = constraints.heads[k];
     const bool fixed_a = head.bits & pushes_fixed_bit;
-    if (!fixed_a) press(head.a);
-    press(head.b);
     const float inverse_a = fixed_a ? 0.0f : bodies.constants[head.a].inverse_mass;
     const float inverse_b = bodies.constants[head.b].inverse_mass, sum = inverse_a + inverse_b;
     const float weight = weight_of(head, gravity);
@@ -77,12 +75,8 @@ struct MarkOverload {
   /// A body that stands on nothing keeps its own inertia.
   FATHOM_HD float wanted(std::uint32_t i, float ratio, float inverse_mass, float inverse_sum) const {
     const BodySupport& s = bodies.support[i];
-    if (s.level == 0) return 1;
+    if (s.level == 0) return wants_nothing;
     return wanted_inertia(ratio, inverse_mass, inverse_sum, s.heaviest);
-  }
-  FATHOM_HD void press(std::uint32_t i) const {
-    if (inertia_scale(bodies, *counters, i) > 1)
-      exec::atomic_max(bodies.support[i].load.now, __builtin_bit_cast(std::uint32_t, only_pressed));
   }
   FATHOM_HD void mark(std::uint32_t i, std::uint32_t step, float wanted) const {
     BodySupport& s = bodies.support[i];

@@ -9,6 +9,7 @@
 // Dynamics", Computer Graphics Forum 36(2), 2017, also add inertia in proportion to the load.)
 #pragma once
 
+#include <cstdint>
 #include <fathom/math.hpp>
 
 #include "dynamics/tuning.hpp"
@@ -51,20 +52,18 @@ FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_su
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
 
-/// What contacts want of a body that they press without being overloaded: less than any `wanted_inertia`.
-inline constexpr float only_pressed = 0.5f;
+/// What an overloaded contact wants of a body that stands on nothing: less than any `wanted_inertia`.
+inline constexpr float wants_nothing = 0.5f;
 
-/// Whether what contacts wanted is more than `only_pressed`.
-FATHOM_HD bool is_overload(float wanted) { return wanted >= 1; }
-
-/// A body's inertia factor in the next step, where the most that contacts want was `now` in this step and `before` in
-/// the one before; 0: nothing pressed it. It follows the load slowly, and downwards very slowly. A body rises higher
-/// with more inertia, because its weight is its own: if inertia grew while bodies come together and were gone when they
-/// fall again, a heap that sways would gain energy in every cycle. For the same reason a body that nothing presses has
-/// its own inertia at once.
-FATHOM_HD float next_inertia_scale(float scale, float now, float before) {
-  if (now == 0 && before == 0) return 1;
-  return max(clamp(min(now, before), inertia_decay * scale, inertia_growth * scale), 1.0f);
+/// A body's inertia factor in the next step, where contacts want it to be `wanted` and last wanted anything `idle`
+/// steps of `dt` (s) ago. It follows the load slowly: a moving body gains energy if its inertia grows at once, and
+/// shakes if its inertia follows each impulse. It falls even more slowly, because the springs of its contacts are
+/// stiffer with more inertia: if it grew whenever the bodies of a heap come together and were gone when they part
+/// again, a heap that sways would gain energy in every cycle. Once a body has lost its load or what it stands on, it
+/// moves with its own inertia.
+FATHOM_HD float next_inertia_scale(float scale, float wanted, std::uint32_t idle, float dt) {
+  if (static_cast<float>(idle) * dt > inertia_time) return 1;
+  return max(clamp(wanted, inertia_decay * scale, inertia_growth * scale), 1.0f);
 }
 
 }  // namespace fathom

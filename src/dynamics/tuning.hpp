@@ -125,7 +125,9 @@ inline constexpr float inertia_compression = 0.03f;
 /// Maximum mass to which inertia raises a body, as a multiple of the heaviest body's around it.
 inline constexpr float max_inertia = 16;
 /// Maximum and minimum factor on a body's inertia from one step to the next.
-inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.99f;
+inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.98f;
+/// Time (s) for which a body keeps its inertia when no contact wants it (docs/log/2026-11-29-boiling-plates.md).
+inline constexpr float inertia_time = 0.2f;
 /// Relative speed (m/s) of its bodies above which a contact's load counts as a hit.
 inline constexpr float loaded_speed = 1;
 

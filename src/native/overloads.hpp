@@ -31,13 +31,12 @@ class Overloads {
   }
   /// An overloaded contact of the body wants at least this inertia (`wanted_inertia`).
   void note(std::uint32_t slot, float wanted) {
-    raise(loads_[slot].now, wanted);
+    std::atomic_ref<float> most(loads_[slot].now);
+    float now = most.load(std::memory_order_relaxed);
+    while (now < wanted && !most.compare_exchange_weak(now, wanted, std::memory_order_relaxed)) {
+    }
     std::atomic_ref<bool>(any_).store(true, std::memory_order_relaxed);
     list(slot);
-  }
-  /// A contact presses the body.
-  void press(std::uint32_t slot) {
-    if (loads_[slot].inertia_scale > 1) raise(loads_[slot].now, only_pressed);
   }
   /// The body has at least this inertia in this step. Call after the step has begun.
   void require(std::uint32_t slot, float inertia) {
@@ -48,7 +47,7 @@ class Overloads {
   /// Some body was overloaded in the last step.
   bool any() const { return any_; }
   /// The body was overloaded in the last two steps.
-  bool lasts(std::uint32_t slot) const { return slot < loads_.size() && is_overload(loads_[slot].lasting()); }
+  bool lasts(std::uint32_t slot) const { return slot < loads_.size() && loads_[slot].lasting() > 0; }
   /// Some body has more than its own inertia in this step.
   bool any_scaled() const { return any_scaled_; }
   /// The body's inertia in this step, as a multiple of its own.
@@ -56,7 +55,7 @@ class Overloads {
   /// Begins a step. Sleeping bodies keep their load and inertia: they wake under that load, whose impulses would throw
   /// a body that has only its own inertia.
   template <class IsAwake>
-  void advance(const IsAwake& is_awake) {
+  void advance(float dt, const IsAwake& is_awake) {
     if (!any() && !had_any_ && !any_scaled_ && !any_asleep_) return;
     had_any_ = any();
     any_ = any_scaled_ = any_asleep_ = false;
@@ -67,7 +66,8 @@ class Overloads {
       if (!is_awake(slot)) {
         any_asleep_ = any_asleep_ || load.inertia_scale > 1;
       } else {
-        load.inertia_scale = next_inertia_scale(load.inertia_scale, load.now, load.before);
+        load.idle = load.now > wants_nothing ? 0 : load.idle + 1;
+        load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting(), load.idle, dt);
         load.before = load.now;
         load.now = 0;
         any_scaled_ = any_scaled_ || load.inertia_scale > 1;
@@ -99,19 +99,14 @@ class Overloads {
 
  private:
   struct Load {
-    float now = 0;     ///< the largest inertia wanted since the step began (`next_inertia_scale`)
+    float now = 0;     ///< the largest inertia wanted since the step began; 0: nothing is overloaded
     float before = 0;  ///< … in the step before
     float inertia_scale = 1;
+    std::uint32_t idle = 0;  ///< steps since a contact wanted anything
 
     float lasting() const { return std::min(now, before); }
     bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }
   };
-  static void raise(float& value, float wanted) {
-    std::atomic_ref<float> most(value);
-    float now = most.load(std::memory_order_relaxed);
-    while (now < wanted && !most.compare_exchange_weak(now, wanted, std::memory_order_relaxed)) {
-    }
-  }
   /// The order depends on threads; nothing depends on the order.
   void list(std::uint32_t slot) {
     std::atomic_ref<bool> is_listed(is_listed_[slot]);

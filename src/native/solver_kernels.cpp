@@ -428,8 +428,6 @@ float LoadWatch::next_lift(float lift, std::uint32_t a, std::uint32_t b, float d
 
 void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const {
   const float inverse_a = inverse_mass(a), inverse_b = inverse_mass(b), sum = inverse_a + inverse_b;
-  if (inverse_a > 0) overloads->press(a);
-  if (inverse_b > 0) overloads->press(b);
   const float thinner = thinner_half(a, b);
   const float stiffer = inverse_a > 0 && inverse_b > 0 ? stiffness : fixed_stiffness_ratio * stiffness;
   if (!(impulse * sum > sweep_load(thinner, stiffer) * unit) || is_moving(a, b, slide, loaded_speed)) return;
@@ -440,7 +438,8 @@ void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 sl
   const float load = lasting_load(impulse, gained(a, inverse_a), gained(b, inverse_b)) * sum / unit;
   const float ratio = load / inertia_load(thinner, stiffer);
   const auto wanted = [&](std::uint32_t slot, float inverse) {
-    return slot < heaviest.size() ? wanted_inertia(ratio, inverse, sum, heaviest[slot]) : 1.0f;
+    const bool stands = slot < heaviest.size() && heaviest[slot] > 0;
+    return stands ? wanted_inertia(ratio, inverse, sum, heaviest[slot]) : wants_nothing;
   };
   if (inverse_a > 0) overloads->note(a, wanted(a, inverse_a));
   if (inverse_b > 0) overloads->note(b, wanted(b, inverse_b));
