@@ -51,8 +51,11 @@ TEST(Overload, InertiaFollowsItsLoadSlowlyAndEndsWithIt) {
   // A sixth of a second of less load, as in a heap that sways.
   for (std::uint32_t idle = 1; idle <= 10; ++idle) scale = next_inertia_scale(scale, 0, idle, dt);
   EXPECT_GT(scale, 800);
-  EXPECT_EQ(next_inertia_scale(scale, 0, 13, dt), 1);
-  EXPECT_EQ(next_inertia_scale(scale, 0, 0xffffffff, dt), 1);
+  // Then it is released.
+  int steps = 0;
+  for (std::uint32_t idle = 13; scale > 1; ++steps) scale = next_inertia_scale(scale, 0, idle++, dt);
+  EXPECT_EQ(scale, 1);
+  EXPECT_NEAR(steps, 20, 2);
 }
 
 /// A slab on 16 balls of 1/16 kg each, `ratio` times as heavy as all of them; the balls' radius in m, and the step

@@ -66,7 +66,7 @@ class Overloads {
       if (!is_awake(slot)) {
         any_asleep_ = any_asleep_ || load.inertia_scale > 1;
       } else {
-        load.idle = load.now > wants_nothing ? 0 : load.idle + 1;
+        load.idle = load.now > wants_nothing || load.inertia_scale == 1 ? 0 : load.idle + 1;
         load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting(), load.idle, dt);
         load.before = load.now;
         load.now = 0;
@@ -102,7 +102,7 @@ class Overloads {
     float now = 0;     ///< the largest inertia wanted since the step began; 0: nothing is overloaded
     float before = 0;  ///< … in the step before
     float inertia_scale = 1;
-    std::uint32_t idle = 0;  ///< steps since a contact wanted anything
+    std::uint32_t idle = 0;  ///< steps since a contact wanted anything; 0 with the body's own inertia
 
     float lasting() const { return std::min(now, before); }
     bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }
