@@ -34,8 +34,9 @@ struct Plain {
     for (std::size_t i = 0; i < loads.size(); ++i) {
       Load& l = loads[i];
       if (awake[i]) {
-        const std::uint32_t idle = l.now > wants_nothing || l.inertia_scale == 1 ? 0 : l.idle + 1;
-        l = {0, l.now, next_inertia_scale(l.inertia_scale, std::min(l.now, l.before), idle, dt), idle};
+        const std::uint32_t idle = l.now > wants_nothing ? 0 : l.idle + 1;
+        const float scale = next_inertia_scale(l.inertia_scale, std::min(l.now, l.before), idle, dt);
+        l = {0, l.now, scale, scale == 1 ? 0 : idle};
       }
       (awake[i] ? any_scaled : any_asleep) |= l.inertia_scale > 1;
     }

@@ -26,10 +26,10 @@ struct BodyLoad {
   FATHOM_HD BodyLoad next(float dt) const {
     const float wanted = __builtin_bit_cast(float, now);
     const bool wants = wanted > wants_nothing;
-    const float idle = wants || inertia_scale == 1 ? 0.0f : min(1 - min(before, 0.0f), 1e6f);
+    const float idle = wants ? 0.0f : min(1 - min(before, 0.0f), 1e6f);
     const float scale =
         next_inertia_scale(inertia_scale, min(wanted, max(before, 0.0f)), static_cast<std::uint32_t>(idle), dt);
-    return {0, wants ? wanted : -idle, scale};
+    return {0, wants ? wanted : (scale == 1 ? 0.0f : -idle), scale};
   }
 };
 

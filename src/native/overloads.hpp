@@ -66,8 +66,9 @@ class Overloads {
       if (!is_awake(slot)) {
         any_asleep_ = any_asleep_ || load.inertia_scale > 1;
       } else {
-        load.idle = load.now > wants_nothing || load.inertia_scale == 1 ? 0 : load.idle + 1;
+        load.idle = load.now > wants_nothing ? 0 : load.idle + 1;
         load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting(), load.idle, dt);
+        if (load.inertia_scale == 1) load.idle = 0;
         load.before = load.now;
         load.now = 0;
         any_scaled_ = any_scaled_ || load.inertia_scale > 1;
