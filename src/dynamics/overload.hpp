@@ -59,12 +59,11 @@ inline constexpr float wants_nothing = 0.5f;
 /// steps of `dt` (s) ago. It follows the load slowly: a moving body gains energy if its inertia grows at once, and
 /// shakes if its inertia follows each impulse. It falls even more slowly, because the springs of its contacts are
 /// stiffer with more inertia: if it grew whenever the bodies of a heap come together and were gone when they part
-/// again, a heap that sways would gain energy in every cycle. Once a body has lost its load or what it stands on, it
-/// moves with its own inertia; if that is far less, it gets there in several steps, because the impulses that contacts
-/// start from would throw it.
+/// again, a heap that sways would gain energy in every cycle. A body that has lost its load or what it stands on
+/// loses its inertia soon, but not at once, because the impulses that its contacts start from would throw it.
 FATHOM_HD float next_inertia_scale(float scale, float wanted, std::uint32_t idle, float dt) {
-  if (static_cast<float>(idle) * dt > inertia_time) return scale > max_inertia ? inertia_release * scale : 1.0f;
-  return max(clamp(wanted, inertia_decay * scale, inertia_growth * scale), 1.0f);
+  const float decay = static_cast<float>(idle) * dt > inertia_time ? inertia_release : inertia_decay;
+  return max(clamp(wanted, decay * scale, inertia_growth * scale), 1.0f);
 }
 
 }  // namespace fathom

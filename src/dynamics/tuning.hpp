@@ -128,8 +128,8 @@ inline constexpr float max_inertia = 16;
 inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.98f;
 /// Time (s) for which a body keeps its inertia when no contact wants it (docs/log/2026-11-29-boiling-plates.md).
 inline constexpr float inertia_time = 0.2f;
-/// Factor from one step to the next afterwards, down to `max_inertia`.
-inline constexpr float inertia_release = 0.8f;
+/// Minimum factor from one step to the next afterwards.
+inline constexpr float inertia_release = 0.5f;
 /// Relative speed (m/s) of its bodies above which a contact's load counts as a hit.
 inline constexpr float loaded_speed = 1;
 
