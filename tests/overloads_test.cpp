@@ -15,13 +15,10 @@
 namespace fathom::test::overloads_test {
 namespace {
 
-constexpr float dt = 1.0f / 60;
-
 /// By slot, as simply as possible.
 struct Plain {
   struct Load {
     float now = 0, before = 0, inertia_scale = 1;
-    std::uint32_t idle = 0;
   };
   std::vector<Load> loads;
   std::vector<bool> awake;
@@ -33,11 +30,7 @@ struct Plain {
     any = any_scaled = any_asleep = false;
     for (std::size_t i = 0; i < loads.size(); ++i) {
       Load& l = loads[i];
-      if (awake[i]) {
-        const std::uint32_t idle = l.now > wants_nothing ? 0 : l.idle + 1;
-        const float scale = next_inertia_scale(l.inertia_scale, std::min(l.now, l.before), idle, dt);
-        l = {0, l.now, scale, scale == 1 ? 0 : idle};
-      }
+      if (awake[i]) l = {0, l.now, next_inertia_scale(l.inertia_scale, std::min(l.now, l.before))};
       (awake[i] ? any_scaled : any_asleep) |= l.inertia_scale > 1;
     }
   }
@@ -80,7 +73,7 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
       }
       const auto slots = static_cast<std::uint32_t>(plain.loads.size());
       if (below(4) == 0) plain.awake[below(slots)] = below(2) == 0;
-      overloads.advance(dt, [&](std::uint32_t slot) { return plain.awake[slot]; });
+      overloads.advance([&](std::uint32_t slot) { return plain.awake[slot]; });
       plain.advance();
       if (below(5) == 0) {
         const std::uint32_t slot = below(slots);
@@ -88,7 +81,7 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
       }
       for (std::uint32_t k = step % 50 < 25 ? below(8) : 0; k > 0; --k) {
         const std::uint32_t slot = below(slots);
-        const float wanted = below(5) == 0 ? wants_nothing : static_cast<float>(1 + below(30));
+        const float wanted = static_cast<float>(1 + below(30));
         if (below(6) == 0) {
           overloads.require(slot, wanted);
           plain.loads[slot].inertia_scale = std::max(plain.loads[slot].inertia_scale, wanted);
@@ -109,7 +102,7 @@ TEST(Overloads, AreListedOnceHoweverManyThreadsNoteThem) {
   native::Overloads overloads;
   overloads.resize(slots);
   for (int step = 0; step < 50; ++step) {
-    overloads.advance(dt, [](std::uint32_t) { return true; });
+    overloads.advance([](std::uint32_t) { return true; });
     std::vector<std::thread> threads;
     for (std::uint32_t t = 0; t < 4; ++t)
       threads.emplace_back([&, t] {

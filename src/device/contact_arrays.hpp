@@ -320,11 +320,10 @@ using ContactArrays = Contacts<contact_list, contact_worklists, contact_manifold
 
 /// Bits of rare properties of constraints.
 enum ConstraintExtras : std::uint32_t {
-  offset_extra = 1,          ///< it counts as shallower or deeper than it is (`Contact::offset`)
-  row_extra = 2,             ///< it has an entry in `ConstraintArrays::extras`
-  direct_extra = 2,          ///< for a joint: it is solved directly, with its mechanism
-  lift_extra = 0x80000000u,  ///< it has a lift (dynamics/lift.hpp)
-  all_extras = lift_extra | 3,
+  offset_extra = 1,  ///< it counts as shallower or deeper than it is (`Contact::offset`)
+  row_extra = 2,     ///< it has an entry in `ConstraintArrays::extras`
+  direct_extra = 2,  ///< for a joint: it is solved directly, with its mechanism
+  all_extras = 3,
 };
 
 /// Additional rows of a contact with rolling resistance or a moving surface.
@@ -338,7 +337,7 @@ struct alignas(16) ContactExtras {
 struct alignas(16) ConstraintHead {
   std::uint32_t a, b;
   std::uint32_t bits;
-  /// Share of the last direct solution in both bodies, 0 if one of them was not held; its sign and its lowest bits hold
+  /// Share of the last direct solution in both bodies, 0 if one of them was not held; its lowest bits hold
   /// `ConstraintExtras`.
   std::uint32_t held_and_extras;
 

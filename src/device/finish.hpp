@@ -106,9 +106,9 @@ struct MoveBodies {
 
   /// Sets the body's inertia for the next step.
   FATHOM_HD void follow_load(BodyLoad& load) const {
-    const bool is_loaded = load.now > 0;
-    load = load.next(p.dt);
-    if (is_loaded || load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
+    const float now = __builtin_bit_cast(float, load.now);
+    load = {0, now, next_inertia_scale(load.inertia_scale, min(now, load.before))};
+    if (now > 0 || load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
   }
 
   FATHOM_HD void put_fat_box(std::uint32_t i, const Aabb& box, std::uint32_t changes) const {

@@ -75,7 +75,7 @@ struct MarkOverload {
   /// A body that stands on nothing keeps its own inertia.
   FATHOM_HD float wanted(std::uint32_t i, float ratio, float inverse_mass, float inverse_sum) const {
     const BodySupport& s = bodies.support[i];
-    if (s.level == 0) return wants_nothing;
+    if (s.level == 0) return 1;
     return wanted_inertia(ratio, inverse_mass, inverse_sum, s.heaviest);
   }
   FATHOM_HD void mark(std::uint32_t i, std::uint32_t step, float wanted) const {

@@ -101,8 +101,7 @@ struct PrepareConstraints {
     if (is_special) constraints.extras[k] = {rolls ? roll_row(m, axes) : RollRow{}, surface_slide(bodies, contact)};
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     bits |= ranks_of(pair, contact.colour());
-    const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u) |
-                                 (offset < 0 ? 1u * lift_extra : 0u);
+    const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u);
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(made.count) | bits, extras};
   }
 

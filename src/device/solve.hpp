@@ -415,11 +415,8 @@ struct SolveConstraints {
     const ContactAxes axes = contact.axes();
     const bool moves_as_told = fixed && !(both.a.linear == Vec3{} && both.a.angular == Vec3{});
     const CarriedBySides<Inertia> carried{both, axes, moves_as_told, p.friction_lead, surfaces};
-    const bool held = p.soft && head.held() > 0;
-    // A direct solution leaves no sway to damp.
-    const Softness& softness = p.contacts.of(fixed, head.has(lift_extra) && !held);
-    ContactStep step = contact_step(1 / p.h, softness, p.push_out_velocity);
-    if (held) {
+    ContactStep step = contact_step(1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity);
+    if (p.soft && head.held() > 0) {
       stiffen(head.held(), step);
       step.slop = support_slop(contact.frame.friction.patch_radius);
     }

@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "device/tuning.hpp"
-#include "dynamics/overload.hpp"
 #include "dynamics/support.hpp"
 
 namespace fathom::device {
@@ -19,18 +18,8 @@ inline constexpr float was_placed = 2;
 /// The inertia that loads on a body want for it (dynamics/overload.hpp). Outlasts a step.
 struct BodyLoad {
   std::uint32_t now = 0;  ///< maximum that contacts want in this step, as bits; 0: none is overloaded
-  float before = 0;       ///< … in the step before; negative: the number of steps since they wanted anything
+  float before = 0;       ///< … in the step before
   float inertia_scale = 1;
-
-  /// For the next step, of `dt` (s).
-  FATHOM_HD BodyLoad next(float dt) const {
-    const float wanted = __builtin_bit_cast(float, now);
-    const bool wants = wanted > wants_nothing;
-    const float idle = wants ? 0.0f : min(1 - min(before, 0.0f), 1e6f);
-    const float scale =
-        next_inertia_scale(inertia_scale, min(wanted, max(before, 0.0f)), static_cast<std::uint32_t>(idle), dt);
-    return {0, wants ? wanted : (scale == 1 ? 0.0f : -idle), scale};
-  }
 };
 
 /// A body as part of a structure, and its load. Outlasts a step.

@@ -9,7 +9,6 @@
 // Dynamics", Computer Graphics Forum 36(2), 2017, also add inertia in proportion to the load.)
 #pragma once
 
-#include <cstdint>
 #include <fathom/math.hpp>
 
 #include "dynamics/tuning.hpp"
@@ -52,18 +51,10 @@ FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_su
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
 
-/// What an overloaded contact wants of a body that stands on nothing: less than any `wanted_inertia`.
-inline constexpr float wants_nothing = 0.5f;
-
-/// A body's inertia factor in the next step, where contacts want it to be `wanted` and last wanted anything `idle`
-/// steps of `dt` (s) ago. It follows the load slowly: a moving body gains energy if its inertia grows at once, and
-/// shakes if its inertia follows each impulse. It falls even more slowly, because the springs of its contacts are
-/// stiffer with more inertia: if it grew whenever the bodies of a heap come together and were gone when they part
-/// again, a heap that sways would gain energy in every cycle. A body that has lost its load or what it stands on
-/// loses its inertia soon, but not at once, because the impulses that its contacts start from would throw it.
-FATHOM_HD float next_inertia_scale(float scale, float wanted, std::uint32_t idle, float dt) {
-  const float decay = static_cast<float>(idle) * dt > inertia_time ? inertia_release : inertia_decay;
-  return max(clamp(wanted, decay * scale, inertia_growth * scale), 1.0f);
+/// A body's inertia factor in the next step, where contacts want it to be `wanted`. It follows the load slowly: a
+/// moving body gains energy if its inertia grows at once, and shakes if its inertia follows each impulse.
+FATHOM_HD float next_inertia_scale(float scale, float wanted) {
+  return max(clamp(wanted, inertia_decay * scale, inertia_growth * scale), 1.0f);
 }
 
 }  // namespace fathom

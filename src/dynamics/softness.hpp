@@ -27,15 +27,8 @@ FATHOM_HD Softness make_soft(float hertz, float damping_ratio, float h) {
 
 /// Softness of the contacts of one step.
 struct ContactSoftness {
-  Softness dynamic;         ///< between two bodies that can be pushed
-  Softness fixed;           ///< against one that cannot
-  Softness lifted_dynamic;  ///< … if the contact has a lift (dynamics/lift.hpp)
-  Softness lifted_fixed;
-
-  FATHOM_HD const Softness& of(bool pushes_fixed, bool lifted) const {
-    if (lifted) return pushes_fixed ? lifted_fixed : lifted_dynamic;
-    return pushes_fixed ? fixed : dynamic;
-  }
+  Softness dynamic;  ///< between two bodies that can be pushed
+  Softness fixed;    ///< against one that cannot
 };
 
 /// Frequency of contacts (Hz) over substeps of h seconds: `contact_rate`, unless the application wants them softer.
@@ -44,13 +37,10 @@ inline float contact_hertz(const SolverSettings& settings, float h) {
   return min(settings.contact_hertz, contact_rate / h);
 }
 
-/// Springs against bodies that cannot be pushed have twice the frequency. Those with a lift are damped more strongly,
-/// as integral control needs.
+/// Springs against bodies that cannot be pushed have twice the frequency.
 inline ContactSoftness contact_softness(const SolverSettings& settings, float h) {
   const float hertz = contact_hertz(settings, h), ratio = settings.contact_damping_ratio;
-  const float lifted = max(ratio, lifted_damping_ratio);
-  return {make_soft(hertz, ratio, h), make_soft(2 * hertz, ratio, h), make_soft(hertz, lifted, h),
-          make_soft(2 * hertz, lifted, h)};
+  return {make_soft(hertz, ratio, h), make_soft(2 * hertz, ratio, h)};
 }
 
 /// Depth by which a body sinks into one that cannot be pushed, per m/s² of gravity, until its contact's spring carries

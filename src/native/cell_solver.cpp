@@ -230,7 +230,8 @@ void CellSolver::sweep_row(Row& row) {
     const SolverBody& body_a = state_.solver[row.a + 1];
     const bool moves_as_told = row.pushes_fixed && !(body_a.linear == Vec3{} && body_a.angular == Vec3{});
     const CarriedBySides<Inertia> carried{bodies, axes, moves_as_told, friction_lead(def_.solver, h), row.surfaces()};
-    ContactStep step = contact_step(1 / h, contacts_.of(row.pushes_fixed, false), def_.solver.push_out_velocity);
+    ContactStep step =
+        contact_step(1 / h, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic, def_.solver.push_out_velocity);
     stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
     // Rolling resistance comes last, so that it uses the impulse that carries the load.
     const bool rolls = pass == Pass::relax || def_.solver.method == Solver::impulse;

@@ -55,7 +55,7 @@ class Overloads {
   /// Begins a step. Sleeping bodies keep their load and inertia: they wake under that load, whose impulses would throw
   /// a body that has only its own inertia.
   template <class IsAwake>
-  void advance(float dt, const IsAwake& is_awake) {
+  void advance(const IsAwake& is_awake) {
     if (!any() && !had_any_ && !any_scaled_ && !any_asleep_) return;
     had_any_ = any();
     any_ = any_scaled_ = any_asleep_ = false;
@@ -66,9 +66,7 @@ class Overloads {
       if (!is_awake(slot)) {
         any_asleep_ = any_asleep_ || load.inertia_scale > 1;
       } else {
-        load.idle = load.now > wants_nothing ? 0 : load.idle + 1;
-        load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting(), load.idle, dt);
-        if (load.inertia_scale == 1) load.idle = 0;
+        load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting());
         load.before = load.now;
         load.now = 0;
         any_scaled_ = any_scaled_ || load.inertia_scale > 1;
@@ -103,7 +101,6 @@ class Overloads {
     float now = 0;     ///< the largest inertia wanted since the step began; 0: nothing is overloaded
     float before = 0;  ///< … in the step before
     float inertia_scale = 1;
-    std::uint32_t idle = 0;  ///< steps since a contact wanted anything; 0 with the body's own inertia
 
     float lasting() const { return std::min(now, before); }
     bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }

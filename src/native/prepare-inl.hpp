@@ -83,11 +83,8 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     if (view.held) {
       if (view.levels[c.a] != view.levels[c.b])
         lanes.held[i] = max(c.fixed_a ? view.held[c.b] : min(view.held[c.a], view.held[c.b]), 0.0f);
-      h.own_softness = h.own_softness || lanes.held[i] > 0;
+      h.held = h.held || lanes.held[i] > 0;
     }
-    // A direct solution leaves no sway to damp.
-    if (c.slack.is_lifted() && lanes.held[i] == 0)
-      h.own_softness = true, h.lifted |= static_cast<std::uint16_t>(1u << i);
     h.lanes = static_cast<std::uint8_t>(i + 1);
     const int count = m.point_count();
     points_of_block += static_cast<std::size_t>(count);
@@ -334,7 +331,7 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   block.header().has_offsets = !hn::AllTrue(d, hn::Eq(offset, hn::Zero(d)));
   block.header().deep = !hn::AllFalse(d, hn::Lt(nearest, hn::Set(d, -view.min_deep)));
   note_touch_bits(block, lanes, nearest);
-  if (block.header().own_softness) block.set(held_part, hn::Load(d, lanes.held));
+  if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
   if (!block.header().isotropic) {
     block.set_inertia(inertia_a, masses.a.spin);
     block.set_inertia(inertia_b, masses.b.spin);

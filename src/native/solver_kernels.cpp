@@ -76,21 +76,14 @@ HWY_INLINE void store_contact_bodies(const Block<D>& block, B& bodies, hn::Vec<D
   store_bodies(block, bodies, sums, [&](const std::uint8_t* finite) HWY_ATTR { forget_impulses(block, finite); });
 }
 
-/// Parameters of a block's sweep; `own_softness`: some lanes are held directly or have a lift.
-template <ContactPass pass, bool own_softness, class D, class B, class V = hn::Vec<D>>
+/// Parameters of a block's sweep; `held`: some lanes are held directly.
+template <ContactPass pass, bool held, class D, class B, class V = hn::Vec<D>>
 HWY_INLINE ContactStepOf<V> contact_step(const Block<D>& block, const B& bodies, const SweepParameters& p) {
   const D d;
   const Softness& s = B::only_pushes_b ? p.contacts.fixed : p.contacts.dynamic;
   ContactStepOf<V> step{hn::Set(d, p.inverse_substep), hn::Set(d, s.bias_rate),         hn::Set(d, s.mass_scale),
                         hn::Set(d, s.impulse_scale),   hn::Set(d, p.push_out_velocity), hn::Zero(d)};
-  if constexpr (own_softness) {
-    if constexpr (pass == ContactPass::soft) {
-      const Softness& lifted = B::only_pushes_b ? p.contacts.lifted_fixed : p.contacts.lifted_dynamic;
-      const auto is_lifted = hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&block.header().lifted));
-      step.bias_rate = hn::IfThenElse(is_lifted, hn::Set(d, lifted.bias_rate), step.bias_rate);
-      step.mass_scale = hn::IfThenElse(is_lifted, hn::Set(d, lifted.mass_scale), step.mass_scale);
-      step.impulse_scale = hn::IfThenElse(is_lifted, hn::Set(d, lifted.impulse_scale), step.impulse_scale);
-    }
+  if constexpr (held) {
     const V part = block.get(held_part);
     if constexpr (pass == ContactPass::soft) stiffen(part, step);
     step.slop = hn::IfThenElseZero(hn::Gt(part, hn::Zero(d)), support_slop(block.get(patch_radius)));
@@ -99,7 +92,7 @@ HWY_INLINE ContactStepOf<V> contact_step(const Block<D>& block, const B& bodies,
   return step;
 }
 
-template <ContactPass pass, class D, bool fixed_a, bool isotropic, bool own_softness = false>
+template <ContactPass pass, class D, bool fixed_a, bool isotropic, bool held = false>
 HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   Bodies<D, fixed_a, isotropic> bodies;
   bodies.load(block, all);
@@ -107,8 +100,7 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   const auto axes = rows.axes();
   auto sums = hn::Zero(D());
   if constexpr (pass == ContactPass::iterate) sums = sweep_friction(block, axes, bodies, p.friction_lead);
-  const auto approach =
-      solve_points<pass, own_softness>(rows, axes, bodies, contact_step<pass, own_softness>(block, bodies, p));
+  const auto approach = solve_points<pass, held>(rows, axes, bodies, contact_step<pass, held>(block, bodies, p));
   sums = pass == ContactPass::soft ? approach : hn::Add(sums, approach);
   if constexpr (pass == ContactPass::relax) sums = hn::Add(sums, sweep_friction(block, axes, bodies, p.friction_lead));
   if (pass == ContactPass::relax || p.ends_substep)
@@ -184,7 +176,7 @@ HWY_NOINLINE void roll(const Block<D>& block, SolverBody* all) {
 
 /// Out of line, because it would cost other sweeps registers.
 template <ContactPass pass, class D>
-HWY_NOINLINE void sweep_own_softness(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
+HWY_NOINLINE void sweep_held(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   by_bodies(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value, true>(block, all, p); });
 }
@@ -244,8 +236,8 @@ void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* al
       const bool has_more = p.couplings_follow && block.header().kind == ConstraintKind::coupling;
       return sweep_joints_of_kind<joint_pass(pass)>(block, all, p.substep, ends_substep<pass>(p) && !has_more);
     }
-    if (pass != ContactPass::iterate && HWY_UNLIKELY(block.header().own_softness)) {
-      sweep_own_softness<pass>(block, all, p);
+    if (pass != ContactPass::iterate && HWY_UNLIKELY(block.header().held)) {
+      sweep_held<pass>(block, all, p);
       if (pass == ContactPass::relax && block.header().rolls) roll<false>(block, all);
       return;
     }
@@ -438,8 +430,7 @@ void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 sl
   const float load = lasting_load(impulse, gained(a, inverse_a), gained(b, inverse_b)) * sum / unit;
   const float ratio = load / inertia_load(thinner, stiffer);
   const auto wanted = [&](std::uint32_t slot, float inverse) {
-    const bool stands = slot < heaviest.size() && heaviest[slot] > 0;
-    return stands ? wanted_inertia(ratio, inverse, sum, heaviest[slot]) : wants_nothing;
+    return slot < heaviest.size() ? wanted_inertia(ratio, inverse, sum, heaviest[slot]) : 1.0f;
   };
   if (inverse_a > 0) overloads->note(a, wanted(a, inverse_a));
   if (inverse_b > 0) overloads->note(b, wanted(b, inverse_b));

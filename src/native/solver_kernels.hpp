@@ -104,7 +104,7 @@ struct BlockHeader {
   bool still_a = false;                           ///< … nor moves by itself
   bool isotropic = false;                         ///< all bodies' inertias are multiples of the identity
   bool restitution = false;                       ///< some lane bounces
-  bool own_softness = false;                      ///< some lane is held by its supports' direct solution, or lifted
+  bool held = false;                              ///< some lane is held by its supports' direct solution
   bool has_offsets = false;                       ///< some lane's depth has an offset
   bool deep = false;                              ///< some lane may be deeper than allowed
   bool round = false;                             ///< some lane's contact has a round body
@@ -114,7 +114,6 @@ struct BlockHeader {
   bool moves = false;                             ///< some lane is a joint with a limit or a drive
   bool reacts = false;                            ///< … with an armature or restitution
   // Bits by lane.
-  std::uint16_t lifted = 0;    ///< has a lift (dynamics/lift.hpp), and is not held directly
   std::uint16_t in_touch = 0;  ///< touched so far
   std::uint16_t hits = 0;      ///< the last step's hit continues
   std::uint16_t near = 0;      ///< near enough to touch as the step began

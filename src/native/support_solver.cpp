@@ -32,7 +32,7 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   overloads_.resize(state_.size());  // benchmarks fill a state without a simulator
   const bool has_supports = stiffness() > 0;
   const bool is_new = has_supports && support_graph_.update(in_contact, overloads_, stiffness(), step);
-  overloads_.advance(def_.dt, [this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; });
+  overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; });
   if (!has_supports) return;
   if (support_graph_.empty()) {
     for (const std::uint32_t slot : held_slots_) held_[slot] = not_a_member;
