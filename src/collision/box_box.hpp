@@ -82,6 +82,28 @@ FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswa
   }
 }
 
+/// One point at the corner of B that is deepest under the face of A across `axis`. `unswapped` as above.
+FATHOM_HD void box_vertex_contact(const BoxPair& p, int axis, const BoxPair* unswapped, Manifold& manifold) {
+  const bool flipped = unswapped != nullptr;
+  const float side = p.ta[axis] < 0 ? -1.0f : 1.0f;
+  const bool upper[3] = {side * p.r[axis][0] < 0, side * p.r[axis][1] < 0, side * p.r[axis][2] < 0};
+  float at[3];
+  for (int c = 0; c < 3; ++c) {
+    at[c] = p.ta[c];
+    for (int k = 0; k < 3; ++k) at[c] = fma(upper[k] ? p.hb[k] : -p.hb[k], p.r[c][k], at[c]);
+  }
+  const float height = fma(side, at[axis], -p.ha[axis]);
+  at[axis] = fma(-0.5f * side, height, at[axis]);
+  const Lanes own[3] = {lanes(1, 0, 0), lanes(0, 1, 0), lanes(0, 0, 1)};
+  const Lanes* axes = flipped ? p.r : own;
+  const Lanes from_a = at[0] * axes[0] + at[1] * axes[1] + at[2] * axes[2];
+  manifold.count = 1;
+  manifold.normal = vector((flipped ? -side : side) * axes[axis]);
+  manifold.points[0].position = vector(flipped ? unswapped->ta + from_a : from_a);
+  manifold.points[0].separation = height;
+  manifold.points[0].feature = vertex_feature(box_vertex(0, upper[0], upper[1], upper[2]), !flipped);
+}
+
 struct BoxFace {
   int axis;
   bool of_b;
@@ -159,8 +181,15 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
     return manifold;
   }
   if (hides_overlap(manifold, face, tolerance)) {
-    const BoxEdges nearest = best_edges(pair, -1e18f);
-    if (nearest.i >= 0) box_edge_contact(pair, nearest.i, nearest.j, margin, manifold);
+    // No edges are as near where a corner just touches a face, and rounding puts it above the face.
+    const BoxEdges nearest = best_edges(pair, face - tolerance);
+    if (nearest.i >= 0) {
+      box_edge_contact(pair, nearest.i, nearest.j, margin, manifold);
+    } else if (reference.of_b) {
+      box_vertex_contact(swapped(pair), reference.axis, &pair, manifold);
+    } else {
+      box_vertex_contact(pair, reference.axis, nullptr, manifold);
+    }
   }
   return manifold;
 }
