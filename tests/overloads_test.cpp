@@ -18,9 +18,12 @@ namespace {
 /// By slot, as simply as possible.
 struct Plain {
   struct Load {
-    float now = 0, before = 0, inertia_scale = 1;
+    float now = 0, before = 0;
+    AddedInertia inertia;
   };
   std::vector<Load> loads;
+  std::vector<Velocity> velocities;
+  std::vector<bool> carried;  ///< settled, whatever the velocity
   std::vector<bool> awake;
   bool any = false, had_any = false, any_scaled = false, any_asleep = false;
 
@@ -30,8 +33,9 @@ struct Plain {
     any = any_scaled = any_asleep = false;
     for (std::size_t i = 0; i < loads.size(); ++i) {
       Load& l = loads[i];
-      if (awake[i]) l = {0, l.now, next_inertia_scale(l.inertia_scale, std::min(l.now, l.before))};
-      (awake[i] ? any_scaled : any_asleep) |= l.inertia_scale > 1;
+      const bool settled = carried[i] || is_settled(velocities[i].linear);
+      if (awake[i]) l = {0, l.now, next_inertia(l.inertia, std::min(l.now, l.before), settled)};
+      (awake[i] ? any_scaled : any_asleep) |= l.inertia.scale > 1;
     }
   }
 };
@@ -42,7 +46,7 @@ void expect_same(const native::Overloads& overloads, const Plain& plain, int ste
   for (std::uint32_t i = 0; i < plain.loads.size(); ++i) {
     const Plain::Load& l = plain.loads[i];
     ASSERT_EQ(overloads.lasts(i), std::min(l.now, l.before) > 0) << "step " << step << ", slot " << i;
-    ASSERT_EQ(overloads.inertia_scale(i), l.inertia_scale) << "step " << step << ", slot " << i;
+    ASSERT_EQ(overloads.inertia_scale(i), l.inertia.scale) << "step " << step << ", slot " << i;
   }
 }
 
@@ -69,11 +73,18 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
       if (step > 0) restore(overloads, step % 2 ? first : second, plain.loads.size());
       if (step % 40 == 0) {
         plain.loads.resize(plain.loads.size() + 1 + below(50)), plain.awake.resize(plain.loads.size(), true);
+        plain.velocities.resize(plain.loads.size());
         overloads.resize(plain.loads.size());
       }
       const auto slots = static_cast<std::uint32_t>(plain.loads.size());
       if (below(4) == 0) plain.awake[below(slots)] = below(2) == 0;
-      overloads.advance([&](std::uint32_t slot) { return plain.awake[slot]; });
+      plain.velocities[below(slots)].linear.x = below(4) == 0 ? 0 : 1;
+      plain.carried.assign(slots, false);
+      for (std::uint32_t k = below(8); k > 0; --k) {
+        const std::uint32_t slot = below(slots);
+        overloads.settle(slot), plain.carried[slot] = true;
+      }
+      overloads.advance([&](std::uint32_t slot) { return plain.awake[slot]; }, plain.velocities);
       plain.advance();
       if (below(5) == 0) {
         const std::uint32_t slot = below(slots);
@@ -84,7 +95,7 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
         const float wanted = static_cast<float>(1 + below(30));
         if (below(6) == 0) {
           overloads.require(slot, wanted);
-          plain.loads[slot].inertia_scale = std::max(plain.loads[slot].inertia_scale, wanted);
+          plain.loads[slot].inertia.scale = std::max(plain.loads[slot].inertia.scale, wanted);
           plain.any_scaled = true;
         } else {
           overloads.note(slot, wanted);
@@ -102,7 +113,7 @@ TEST(Overloads, AreListedOnceHoweverManyThreadsNoteThem) {
   native::Overloads overloads;
   overloads.resize(slots);
   for (int step = 0; step < 50; ++step) {
-    overloads.advance([](std::uint32_t) { return true; });
+    overloads.advance([](std::uint32_t) { return true; }, std::vector<Velocity>(slots));
     std::vector<std::thread> threads;
     for (std::uint32_t t = 0; t < 4; ++t)
       threads.emplace_back([&, t] {

@@ -195,6 +195,7 @@ struct Counters {
   // Supports.
   std::uint32_t overloaded_step = none;  ///< the last step with overloaded contacts
   std::uint32_t loaded_step = 0;         ///< after this step no body has more than its own inertia
+  std::uint32_t joined_step = none;      ///< the last step in which structures were found
   std::uint32_t unlevelled_step = none;  ///< the last step with one on a body without a level
   std::uint32_t held_step = none;        ///< the last step that held a body
   std::uint32_t solved_step = none;      ///< the last step that solved supports, even without effect
@@ -393,7 +394,7 @@ using ConstraintArrays = Constraints<constraint_layout, constraint_heads, constr
 /// Factor of a body's inertia in this step.
 template <BodyPart... written>
 FATHOM_HD float inertia_scale(const Bodies<written...>& bodies, const Counters& counters, std::uint32_t i) {
-  return exec::atomic_load(counters.loaded_step) >= counters.step ? bodies.support[i].load.inertia_scale : 1.0f;
+  return exec::atomic_load(counters.loaded_step) >= counters.step ? bodies.support[i].load.inertia.scale : 1.0f;
 }
 
 }  // namespace fathom::device

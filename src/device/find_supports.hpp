@@ -65,7 +65,7 @@ struct FindSupports {
     switch (turn.what) {
       case What::forget:
         if (i < level_slots) counters->level[i] = {0, 0}, counters->level_cursor[i] = 0;
-        if (i == 0) counters->top_level = counters->support_rounds = 0;
+        if (i == 0) counters->top_level = counters->support_rounds = 0, counters->joined_step = counters->step;
         if (is_body) forget(i);
         break;
       case What::join:
@@ -154,7 +154,7 @@ struct FindSupports {
     bodies.parent[i] = i;
     bodies.structures[i] = Structure{};
     SupportNode& node = bodies.nodes[i];
-    node.supports = node.changed = 0;
+    node.supports = node.changed = node.is_settled = 0;
     node.held = 0;
     node.contacts = pushable ? exec::bit_count(bodies.colours[i]) + exec::bit_count(bodies.further[i]) : 0;
     if (node.contacts == 0) return;
@@ -270,6 +270,7 @@ struct FindSupports {
     const Velocity common = common_motion(bodies, structure, i);
     const Vec3 linear = bodies.velocities[i].linear - common.linear;
     const Vec3 angular = bodies.velocities[i].angular - common.angular;
+    if (structure.has_one_base()) bodies.nodes[i].is_settled = is_settled(linear);
     const Wrench p = SupportMass(bodies, *counters, i).momentum(linear, angular);
     const float energy = 0.5f * (dot(linear, p.force) + dot(angular, p.torque)) / inertia_scale(bodies, *counters, i);
     const float heaviest = __builtin_bit_cast(float, structure.heaviest);

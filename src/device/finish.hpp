@@ -44,7 +44,7 @@ struct MoveBodies {
     if (!(flags & awake_flag)) return;
     if (counters->solved_step == counters->step + 1 && bodies.support[i].level > 0)
       bodies.support[i].held = bodies.nodes[i].held;
-    if (exec::atomic_load(counters->loaded_step) >= counters->step) follow_load(bodies.support[i].load);
+    if (exec::atomic_load(counters->loaded_step) >= counters->step) follow_load(i);
     const BodyConstants c = bodies.constants[i];
     const Pose before = bodies.poses[i];
     Pose pose = before;
@@ -105,10 +105,13 @@ struct MoveBodies {
   }
 
   /// Sets the body's inertia for the next step.
-  FATHOM_HD void follow_load(BodyLoad& load) const {
+  FATHOM_HD void follow_load(std::uint32_t i) const {
+    BodyLoad& load = bodies.support[i].load;
     const float now = __builtin_bit_cast(float, load.now);
-    load = {0, now, next_inertia_scale(load.inertia_scale, min(now, load.before))};
-    if (now > 0 || load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
+    const bool settled = is_settled(bodies.velocities[i].linear) ||
+                         (counters->joined_step == counters->step && bodies.nodes[i].is_settled);
+    load = {0, now, next_inertia(load.inertia, min(now, load.before), settled)};
+    if (now > 0 || load.inertia.scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
   }
 
   FATHOM_HD void put_fat_box(std::uint32_t i, const Aabb& box, std::uint32_t changes) const {

@@ -72,11 +72,9 @@ struct MarkOverload {
     const Vec3 change = bodies.solver[i].linear.xyz() - bodies.velocities[i].linear;
     return length(change) * inertia_scale(bodies, *counters, i) / inverse_mass;
   }
-  /// A body that stands on nothing keeps its own inertia.
   FATHOM_HD float wanted(std::uint32_t i, float ratio, float inverse_mass, float inverse_sum) const {
     const BodySupport& s = bodies.support[i];
-    if (s.level == 0) return 1;
-    return wanted_inertia(ratio, inverse_mass, inverse_sum, s.heaviest);
+    return wanted_inertia(ratio, inverse_mass, inverse_sum, s.level > 0 ? s.heaviest : 0.0f);
   }
   FATHOM_HD void mark(std::uint32_t i, std::uint32_t step, float wanted) const {
     BodySupport& s = bodies.support[i];

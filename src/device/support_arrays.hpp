@@ -19,7 +19,7 @@ inline constexpr float was_placed = 2;
 struct BodyLoad {
   std::uint32_t now = 0;  ///< maximum that contacts want in this step, as bits; 0: none is overloaded
   float before = 0;       ///< … in the step before
-  float inertia_scale = 1;
+  AddedInertia inertia;
 };
 
 /// A body as part of a structure, and its load. Outlasts a step.
@@ -34,12 +34,13 @@ struct alignas(16) BodySupport {
 
 /// A body's node in the graph of supports, within a step.
 struct alignas(16) SupportNode {
-  Triangle6 factor;        ///< of the rows of its supports
-  std::uint32_t first;     ///< of its contacts in `contacts_of`
-  std::uint32_t contacts;  ///< number of contacts with a colour
-  std::uint32_t supports;  ///< number of supports, which come first among them; 0: the body is not held
-  float held;              ///< fraction of this step's last direct solution
-  std::uint32_t changed;   ///< 1 + the last round that changed whether the body is held; 0: none
+  Triangle6 factor;          ///< of the rows of its supports
+  std::uint32_t first;       ///< of its contacts in `contacts_of`
+  std::uint32_t contacts;    ///< number of contacts with a colour
+  std::uint32_t supports;    ///< number of supports, which come first among them; 0: the body is not held
+  float held;                ///< fraction of this step's last direct solution
+  std::uint32_t changed;     ///< 1 + the last round that changed whether the body is held; 0: none
+  std::uint32_t is_settled;  ///< 1: moves little relative to what its structure rests on
 
   FATHOM_HD bool is_held() const { return supports > 0; }
 };

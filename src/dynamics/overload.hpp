@@ -41,20 +41,41 @@ FATHOM_HD float lasting_load(float impulse, float gained_a, float gained_b) {
   return max(impulse - (gained_a + gained_b), 0.0f);
 }
 
+/// What contacts want for a body that stands on nothing, directly or through others.
+inline constexpr float unsupported_inertia = 0.5f;
+
 /// The inertia, as a factor on the body's own, that a contact with a lasting load of `ratio` times its `inertia_load`
 /// wants for one of its bodies: the contact then yields a quarter as much as it otherwise would, however much it
 /// carries. The lighter body gets most of it. `inverse_mass` is the body's true one, `inverse_sum` that of both (1/kg),
-/// `heaviest` the mass (kg) of the heaviest body that it is in contact with, directly or through others: more than
-/// `max_inertia` times that is never useful, and pressed bodies that move about could hit ever harder.
+/// `heaviest` the mass (kg) of the heaviest body that it is in contact with, directly or through others, or 0 if it
+/// stands on nothing: more than `max_inertia` times that is never useful, and pressed bodies that move about could hit
+/// ever harder.
 FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_sum, float heaviest) {
+  if (!(heaviest > 0)) return unsupported_inertia;
   const float most = max(max_inertia * heaviest * inverse_mass, 1.0f);
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
 
-/// A body's inertia factor in the next step, where contacts want it to be `wanted`. It follows the load slowly: a
-/// moving body gains energy if its inertia grows at once, and shakes if its inertia follows each impulse.
-FATHOM_HD float next_inertia_scale(float scale, float wanted) {
-  return max(clamp(wanted, inertia_decay * scale, inertia_growth * scale), 1.0f);
+/// Whether a body of this velocity (m/s), relative to what it rests on, lies still enough for inertia to be added.
+FATHOM_HD bool is_settled(Vec3 velocity) { return length_squared(velocity) <= settled_speed * settled_speed; }
+
+/// Inertia that loads add to a body. Outlasts a step.
+struct AddedInertia {
+  float scale = 1;              ///< factor on the body's own inertia
+  std::uint32_t unsettled = 0;  ///< steps in a row that it has not been settled, while the factor is above 1
+};
+
+/// A body's inertia in the next step, where contacts want the factor `wanted`; 0 if none is overloaded. It grows and
+/// falls slowly: a spring that is stiffer while it is compressed than while it expands gives bodies energy in every
+/// cycle. A body that moves gets none and loses it soon, because its weight is the true one: with added inertia it
+/// would fall, slide and slow down as if in weaker gravity.
+FATHOM_HD AddedInertia next_inertia(AddedInertia now, float wanted, bool settled) {
+  if (!settled && !(now.scale > 1)) return {};
+  const std::uint32_t unsettled = settled ? 0 : now.unsettled + 1;
+  const float decay = wanted < 1 ? unloaded_decay : inertia_decay;
+  const float next = unsettled > steps_unsettled ? moving_decay * now.scale
+                                                 : clamp(wanted, decay * now.scale, inertia_growth * now.scale);
+  return next > 1 ? AddedInertia{next, unsettled} : AddedInertia{};
 }
 
 }  // namespace fathom

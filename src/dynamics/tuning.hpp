@@ -50,7 +50,7 @@ inline constexpr float lasting_depth_share = 0.01f, min_lasting_depth = 0.001f, 
 inline constexpr float pressed_speed = 0.03f;
 /// Rates (1/s) at which lifts grow, under loads up to `light_load` times the bodies' weight, and fade; lifts up to
 /// `lift_gone` (m) are dropped (docs/log/2026-11-27-lifts.md).
-inline constexpr float lift_rate = 2, light_load = 30, lift_fading = 5, lift_gone = 1e-6f;
+inline constexpr float lift_rate = 1, light_load = 30, lift_fading = 5, lift_gone = 1e-6f;
 /// m at which bodies of 10 cm and more begin to touch without pressing, and at which they part
 /// (docs/log/2026-11-22-events.md).
 inline constexpr float touching_distance = 0.001f, parting_distance = 0.002f;
@@ -122,8 +122,12 @@ inline constexpr float buckling_load = 1.8f, thin_load = 0.04f;
 inline constexpr float inertia_compression = 0.03f;
 /// Maximum mass to which inertia raises a body, as a multiple of the heaviest body's around it.
 inline constexpr float max_inertia = 16;
-/// Maximum and minimum factor on a body's inertia from one step to the next.
-inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.8f;
+/// Maximum and minimum factor on a body's inertia from one step to the next; the minimum for a body that carries
+/// no such load or stands on nothing, and the factor for one that has been faster than `settled_speed` (m/s) for more
+/// than `steps_unsettled` (docs/log/2026-11-30-plates-at-rest.md).
+inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.98f;
+inline constexpr float unloaded_decay = 0.65f, moving_decay = 0.5f, settled_speed = 0.05f;
+inline constexpr std::uint32_t steps_unsettled = 6;
 /// Relative speed (m/s) of its bodies above which a contact's load counts as a hit.
 inline constexpr float loaded_speed = 1;
 

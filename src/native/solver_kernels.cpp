@@ -430,7 +430,7 @@ void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 sl
   const float load = lasting_load(impulse, gained(a, inverse_a), gained(b, inverse_b)) * sum / unit;
   const float ratio = load / inertia_load(thinner, stiffer);
   const auto wanted = [&](std::uint32_t slot, float inverse) {
-    return slot < heaviest.size() ? wanted_inertia(ratio, inverse, sum, heaviest[slot]) : 1.0f;
+    return wanted_inertia(ratio, inverse, sum, slot < heaviest.size() ? heaviest[slot] : 0.0f);
   };
   if (inverse_a > 0) overloads->note(a, wanted(a, inverse_a));
   if (inverse_b > 0) overloads->note(b, wanted(b, inverse_b));

@@ -32,23 +32,42 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   overloads_.resize(state_.size());  // benchmarks fill a state without a simulator
   const bool has_supports = stiffness() > 0;
   const bool is_new = has_supports && support_graph_.update(in_contact, overloads_, stiffness(), step);
-  overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; });
+  const bool any = has_supports && !support_graph_.empty();
+  if (any) {
+    if (is_new || has_moved) {
+      structures_.assign(support_graph_.structures().size(), {});
+      body_.resize(support_graph_.members().size());
+      contact_.resize(support_graph_.supports().size());
+      find_lanes(layout);
+      order_by_group(layout);
+    }
+    find_bases();
+  }
+  overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; }, state_.velocities);
   if (!has_supports) return;
-  if (support_graph_.empty()) {
+  if (!any) {
     for (const std::uint32_t slot : held_slots_) held_[slot] = not_a_member;
     held_slots_.clear();
     structures_.clear();
     order_.clear();
     return;
   }
-  if (is_new || has_moved) {
-    structures_.assign(support_graph_.structures().size(), {});
-    body_.resize(support_graph_.members().size());
-    contact_.resize(support_graph_.supports().size());
-    find_lanes(layout);
-    order_by_group(layout);
-  }
   choose_held();
+}
+
+// Bodies that move with their base are settled, whatever its velocity.
+void SupportSolver::find_bases() {
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    const SupportGraph::Structure& s = support_graph_.structures()[i];
+    StructureState& state = structures_[i];
+    state = {};
+    state.is_held = find_base(s, state.base);
+    if (!state.is_held || (state.base.linear == Vec3{} && state.base.angular == Vec3{})) continue;
+    for (std::uint32_t k = s.first; k < s.end; ++k) {
+      const std::uint32_t slot = member(k).slot;
+      if (is_settled(velocity_against(state.base, slot))) overloads_.settle(slot);
+    }
+  }
 }
 
 // New members of a structure count as held at once. Otherwise springs that yield to the load a solution gave their
@@ -64,8 +83,7 @@ void SupportSolver::choose_held() {
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     const SupportGraph::Structure& s = support_graph_.structures()[i];
     StructureState& state = structures_[i];
-    state = {};
-    state.is_held = find_base(s, state.base) && is_calm(s, state.base);
+    state.is_held = state.is_held && is_calm(s, state.base);
     for (std::uint32_t k = s.first; state.is_held && k < s.end; ++k) {
       held_[members[k].slot] = last_held_[k] < 0 ? 1 : last_held_[k];
       held_slots_.push_back(members[k].slot);
@@ -148,14 +166,17 @@ bool SupportSolver::goes_along(std::uint32_t contact, Base& base) const {
   return is_along_surface(slide, rotate(state_.poses[c.a].rotation, graph_.manifold(c).normal));
 }
 
+Vec3 SupportSolver::velocity_against(const Base& base, std::uint32_t slot) const {
+  const Vec3 arm = state_.poses[slot].position - base.position;
+  return state_.velocities[slot].linear - (base.linear + cross(base.angular, arm));
+}
+
 bool SupportSolver::is_calm(const SupportGraph::Structure& s, const Base& base) const {
   float energy = 0, mass = 0;
   for (std::uint32_t i = s.first; i < s.end; ++i) {
     const std::uint32_t slot = member(i).slot;
-    const Vec3 common = base.linear + cross(base.angular, state_.poses[slot].position - base.position);
-    const Vec3 u = state_.velocities[slot].linear - common;
     const float m = bodies_[slot].mass;
-    energy = fma(0.5f * m, length_squared(u), energy);
+    energy = fma(0.5f * m, length_squared(velocity_against(base, slot)), energy);
     mass += m;
   }
   return energy <= calm_energy * mass;

@@ -90,11 +90,13 @@ class SupportSolver {
 
   const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
   float inverse_mass(std::uint32_t i) const { return state_.solver_bodies()[member(i).slot].inverse_mass; }
+  void find_bases();
   void choose_held();
   void find_lanes(const ConstraintLayout& layout);
   void order_by_group(const ConstraintLayout& layout);
   bool find_base(const SupportGraph::Structure& s, Base& base) const;
   bool goes_along(std::uint32_t contact, Base& base) const;
+  Vec3 velocity_against(const Base& base, std::uint32_t slot) const;
   bool is_calm(const SupportGraph::Structure& s, const Base& base) const;
   void load_body(std::uint32_t i, const Base& base);
   float speed_of(std::uint32_t i, Vec3 arm) const;

@@ -18,12 +18,12 @@ using enum BroadPhase;
 // clang-format off
 constexpr std::array<Golden, 8> golden_runs{{
     {"drift", 500, 240, soft, tree, {0x648d7042eefed590, 0xf8217e8ed66462ac}, {0xb410446e7bb144d1, 0xe3bbbc2e44c917cd}},
-    {"layers", 500, 300, soft, tree, {0x370f724aef072c8e, 0xe590ad0244bf0a01}, {0xfffb24ec72fb2e91, 0x183c7f9df2a6a2d9}},
+    {"layers", 500, 300, soft, tree, {0x77e27c1c443f4ef2, 0xe590ad0244bf0a01}, {0x1b6bf25900327c4e, 0x183c7f9df2a6a2d9}},
     {"spread", 400, 240, soft, tree, {0x33300bb7781e4636, 0xc1c095d2eaf3b09a}, {0x9a2abd8fd3cec393, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0xb2ef1a6e43683717, 0x18b2f79c339abe39}, {0x438f721449375aea, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0x66db3ee3245d9f74, 0xd38c2a570f49ad1a}, {0xfbaccb1fcabbaaca, 0xdebf77ff997e9957}},
-    {"stream", 200, 240, soft, tree, {0xa73ad5a7fa382510, 0xd1a9f9698be7aba3}, {0xf281a55eb5d73177, 0x61f93f5137ad3734}},
-    {"layers", 500, 300, soft, sweep, {0x370f724aef072c8e, 0x1d824584330b9c39}, {0xfffb24ec72fb2e91, 0x183c7f9df2a6a2d9}},
+    {"columns", 60, 300, soft, tree, {0xbc2478bd5cc2ccd5, 0xa96b082356ea2603}, {0x4099087e927fe5db, 0x9b11c6ad37e5a9f9}},
+    {"stream", 200, 240, soft, tree, {0x10730d1551e9a31c, 0x862f76d2dc9e6ed1}, {0x4a48c828f2e75cae, 0x46a7e8715b0d6a8e}},
+    {"layers", 500, 300, soft, sweep, {0x77e27c1c443f4ef2, 0x1d824584330b9c39}, {0x1b6bf25900327c4e, 0x183c7f9df2a6a2d9}},
     {"layers", 500, 300, impulse, tree, {0x939aca8ebc274288, 0xc33ff3c1f0d10db9}, {0x942feaae33359e4f, 0x3c16a7ad8019d901}},
 }};
 // clang-format on
