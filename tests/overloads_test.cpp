@@ -18,8 +18,7 @@ namespace {
 /// By slot, as simply as possible.
 struct Plain {
   struct Load {
-    float now = 0, before = 0;
-    AddedInertia inertia;
+    float now = 0, before = 0, inertia_scale = 1;
   };
   std::vector<Load> loads;
   std::vector<Velocity> velocities;
@@ -34,8 +33,8 @@ struct Plain {
     for (std::size_t i = 0; i < loads.size(); ++i) {
       Load& l = loads[i];
       const bool settled = carried[i] || is_settled(velocities[i].linear);
-      if (awake[i]) l = {0, l.now, next_inertia(l.inertia, std::min(l.now, l.before), settled)};
-      (awake[i] ? any_scaled : any_asleep) |= l.inertia.scale > 1;
+      if (awake[i]) l = {0, l.now, next_inertia_scale(l.inertia_scale, std::min(l.now, l.before), settled)};
+      (awake[i] ? any_scaled : any_asleep) |= l.inertia_scale > 1;
     }
   }
 };
@@ -46,7 +45,7 @@ void expect_same(const native::Overloads& overloads, const Plain& plain, int ste
   for (std::uint32_t i = 0; i < plain.loads.size(); ++i) {
     const Plain::Load& l = plain.loads[i];
     ASSERT_EQ(overloads.lasts(i), std::min(l.now, l.before) > 0) << "step " << step << ", slot " << i;
-    ASSERT_EQ(overloads.inertia_scale(i), l.inertia.scale) << "step " << step << ", slot " << i;
+    ASSERT_EQ(overloads.inertia_scale(i), l.inertia_scale) << "step " << step << ", slot " << i;
   }
 }
 
@@ -78,7 +77,7 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
       }
       const auto slots = static_cast<std::uint32_t>(plain.loads.size());
       if (below(4) == 0) plain.awake[below(slots)] = below(2) == 0;
-      plain.velocities[below(slots)].linear.x = below(4) == 0 ? 0 : 1;
+      plain.velocities[below(slots)].linear.x = below(2) == 0 ? 0 : 1;
       plain.carried.assign(slots, false);
       for (std::uint32_t k = below(8); k > 0; --k) {
         const std::uint32_t slot = below(slots);
@@ -95,7 +94,7 @@ TEST(Overloads, AreThoseThatALookAtAllBodiesFinds) {
         const float wanted = static_cast<float>(1 + below(30));
         if (below(6) == 0) {
           overloads.require(slot, wanted);
-          plain.loads[slot].inertia.scale = std::max(plain.loads[slot].inertia.scale, wanted);
+          plain.loads[slot].inertia_scale = std::max(plain.loads[slot].inertia_scale, wanted);
           plain.any_scaled = true;
         } else {
           overloads.note(slot, wanted);

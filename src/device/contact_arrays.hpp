@@ -394,7 +394,7 @@ using ConstraintArrays = Constraints<constraint_layout, constraint_heads, constr
 /// Factor of a body's inertia in this step.
 template <BodyPart... written>
 FATHOM_HD float inertia_scale(const Bodies<written...>& bodies, const Counters& counters, std::uint32_t i) {
-  return exec::atomic_load(counters.loaded_step) >= counters.step ? bodies.support[i].load.inertia.scale : 1.0f;
+  return exec::atomic_load(counters.loaded_step) >= counters.step ? bodies.support[i].load.inertia_scale : 1.0f;
 }
 
 }  // namespace fathom::device

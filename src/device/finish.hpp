@@ -110,8 +110,8 @@ struct MoveBodies {
     const float now = __builtin_bit_cast(float, load.now);
     const bool settled = is_settled(bodies.velocities[i].linear) ||
                          (counters->joined_step == counters->step && bodies.nodes[i].is_settled);
-    load = {0, now, next_inertia(load.inertia, min(now, load.before), settled)};
-    if (now > 0 || load.inertia.scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
+    load = {0, now, next_inertia_scale(load.inertia_scale, min(now, load.before), settled)};
+    if (now > 0 || load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
   }
 
   FATHOM_HD void put_fat_box(std::uint32_t i, const Aabb& box, std::uint32_t changes) const {

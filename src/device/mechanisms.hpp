@@ -141,7 +141,7 @@ struct CheckLinks {
   FATHOM_HD void require(std::uint32_t body, float inertia) const {
     if (!(inertia > 1)) return;
     BodyLoad& load = bodies.support[body].load;
-    load.inertia.scale = max(load.inertia.scale, inertia);
+    load.inertia_scale = max(load.inertia_scale, inertia);
     exec::atomic_store(counters->loaded_step, counters->step);
   }
 };

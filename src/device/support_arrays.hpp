@@ -19,7 +19,7 @@ inline constexpr float was_placed = 2;
 struct BodyLoad {
   std::uint32_t now = 0;  ///< maximum that contacts want in this step, as bits; 0: none is overloaded
   float before = 0;       ///< … in the step before
-  AddedInertia inertia;
+  float inertia_scale = 1;
 };
 
 /// A body as part of a structure, and its load. Outlasts a step.

@@ -485,7 +485,7 @@ struct WakeIslands {
     bodies.slow_time[i] = 0;
     if (bodies.support[i].level > 0) hold_at_once(bodies, i, *counters);
     // It wakes with its load.
-    if (bodies.support[i].load.inertia.scale > 1) exec::atomic_store(counters->loaded_step, counters->step);
+    if (bodies.support[i].load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step);
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 };

@@ -59,23 +59,14 @@ FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_su
 /// Whether a body of this velocity (m/s), relative to what it rests on, lies still enough for inertia to be added.
 FATHOM_HD bool is_settled(Vec3 velocity) { return length_squared(velocity) <= settled_speed * settled_speed; }
 
-/// Inertia that loads add to a body. Outlasts a step.
-struct AddedInertia {
-  float scale = 1;              ///< factor on the body's own inertia
-  std::uint32_t unsettled = 0;  ///< steps in a row that it has not been settled, while the factor is above 1
-};
-
-/// A body's inertia in the next step, where contacts want the factor `wanted`; 0 if none is overloaded. It grows and
-/// falls slowly: a spring that is stiffer while it is compressed than while it expands gives bodies energy in every
-/// cycle. A body that moves gets none and loses it soon, because its weight is the true one: with added inertia it
-/// would fall, slide and slow down as if in weaker gravity.
-FATHOM_HD AddedInertia next_inertia(AddedInertia now, float wanted, bool settled) {
-  if (!settled && !(now.scale > 1)) return {};
-  const std::uint32_t unsettled = settled ? 0 : now.unsettled + 1;
+/// A body's inertia factor in the next step, where contacts want it to be `wanted`; 0 if none is overloaded. It grows
+/// and falls slowly: a spring that is stiffer while it is compressed than while it expands gives bodies energy in every
+/// cycle. A body that moves loses it soon, because its weight is the true one: with added inertia it would fall, slide
+/// and slow down as if in weaker gravity.
+FATHOM_HD float next_inertia_scale(float scale, float wanted, bool settled) {
+  if (!settled) return max(moving_decay * scale, 1.0f);
   const float decay = wanted < 1 ? unloaded_decay : inertia_decay;
-  const float next = unsettled > steps_unsettled ? moving_decay * now.scale
-                                                 : clamp(wanted, decay * now.scale, inertia_growth * now.scale);
-  return next > 1 ? AddedInertia{next, unsettled} : AddedInertia{};
+  return max(clamp(wanted, decay * scale, inertia_growth * scale), 1.0f);
 }
 
 }  // namespace fathom

@@ -123,11 +123,10 @@ inline constexpr float inertia_compression = 0.03f;
 /// Maximum mass to which inertia raises a body, as a multiple of the heaviest body's around it.
 inline constexpr float max_inertia = 16;
 /// Maximum and minimum factor on a body's inertia from one step to the next; the minimum for a body that carries
-/// no such load or stands on nothing, and the factor for one that has been faster than `settled_speed` (m/s) for more
-/// than `steps_unsettled` (docs/log/2026-11-30-plates-at-rest.md).
+/// no such load or stands on nothing, and for one that moves faster than `settled_speed` (m/s;
+/// docs/log/2026-11-30-plates-at-rest.md).
 inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.98f;
-inline constexpr float unloaded_decay = 0.65f, moving_decay = 0.5f, settled_speed = 0.05f;
-inline constexpr std::uint32_t steps_unsettled = 6;
+inline constexpr float unloaded_decay = 0.65f, moving_decay = 0.5f, settled_speed = 0.1f;
 /// Relative speed (m/s) of its bodies above which a contact's load counts as a hit.
 inline constexpr float loaded_speed = 1;
 

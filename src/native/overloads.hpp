@@ -42,7 +42,7 @@ class Overloads {
   }
   /// The body has at least this inertia in this step. Call after the step has begun.
   void require(std::uint32_t slot, float inertia) {
-    loads_[slot].inertia.scale = std::max(loads_[slot].inertia.scale, inertia);
+    loads_[slot].inertia_scale = std::max(loads_[slot].inertia_scale, inertia);
     any_scaled_ = true;
     list(slot);
   }
@@ -57,7 +57,7 @@ class Overloads {
   /// Some body has more than its own inertia in this step.
   bool any_scaled() const { return any_scaled_; }
   /// The body's inertia in this step, as a multiple of its own.
-  float inertia_scale(std::uint32_t slot) const { return loads_[slot].inertia.scale; }
+  float inertia_scale(std::uint32_t slot) const { return loads_[slot].inertia_scale; }
   /// Begins a step, before which bodies had these velocities. Sleeping bodies keep their load and inertia: they wake
   /// under that load, whose impulses would throw a body that has only its own inertia.
   template <class IsAwake>
@@ -70,13 +70,13 @@ class Overloads {
       const std::uint32_t slot = listed_[i];
       Load& load = loads_[slot];
       if (!is_awake(slot)) {
-        any_asleep_ = any_asleep_ || load.inertia.scale > 1;
+        any_asleep_ = any_asleep_ || load.inertia_scale > 1;
       } else {
         const bool settled = load.is_settled || fathom::is_settled(velocities[slot].linear);
-        load.inertia = next_inertia(load.inertia, load.lasting(), settled);
+        load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting(), settled);
         load.before = load.now;
         load.now = 0;
-        any_scaled_ = any_scaled_ || load.inertia.scale > 1;
+        any_scaled_ = any_scaled_ || load.inertia_scale > 1;
       }
       load.is_settled = 0;
       is_listed_[slot] = load.is_any();
@@ -108,11 +108,11 @@ class Overloads {
   struct Load {
     float now = 0;     ///< the largest inertia wanted since the step began; 0: nothing is overloaded
     float before = 0;  ///< … in the step before
-    AddedInertia inertia;
+    float inertia_scale = 1;
     std::uint32_t is_settled = 0;  ///< 1: see `settle`
 
     float lasting() const { return std::min(now, before); }
-    bool is_any() const { return now > 0 || before > 0 || inertia.scale > 1; }
+    bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }
   };
   /// The order depends on threads; nothing depends on the order.
   void list(std::uint32_t slot) {
