@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "world_fixture.hpp"
 
@@ -69,6 +70,48 @@ TEST(Overload, ABodyThatMovesLosesItsInertia) {
   float scale = 16;
   for (int i = 0; i < 4; ++i) scale = next_inertia_scale(scale, 16, false);
   EXPECT_EQ(scale, 1);
+}
+
+class Carried : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Simulators, Carried, testing::Bool(), [](const testing::TestParamInfo<bool>& on_device) {
+  return on_device.param ? "device" : "native";
+});
+
+// Bodies that move with their floor keep their inertia, whatever its velocity. Without it the slab's cubes give way,
+// and it moves by 0.2 m.
+TEST_P(Carried, AHeavySlabStaysOnLightCubes) {
+  WorldDef def = quiet_world();
+  if (GetParam()) def.simulator = SimulatorKind::device, def.device = test_device();
+  World world(def);
+  BodyDef floor;
+  floor.motion = MotionType::kinematic;
+  floor.shape = box({20, 20, 0.5f});
+  floor.material.friction = 0.6f;
+  floor.pose.position.z = -0.5f;
+  const BodyId floor_id = world.add(floor);
+  const auto add = [&](Vec3 half, Vec3 position, float mass) {
+    BodyDef body = dynamic(box(half), position, mass);
+    body.material.friction = 0.6f;
+    return world.add(body);
+  };
+  std::vector<BodyId> ids;
+  for (const float x : {-0.7f, 0.7f})
+    for (const float y : {-0.7f, 0.7f}) ids.push_back(add({0.25f, 0.25f, 0.25f}, {x, y, 0.25f}, 1));
+  ids.push_back(add({1, 1, 0.1f}, {0, 0, 0.6f}, 1000));
+  run(world, 300);
+  std::vector<Vec3> start;
+  for (const BodyId id : ids) start.push_back(world.pose(id).position);
+  float speed = 0;
+  for (int i = 0; i < 240; ++i) {
+    speed = std::min(speed + 2.0f / 60, 2.0f);
+    floor.pose.position.x += speed / 60;
+    world.move_to(floor_id, floor.pose);
+    world.step();
+  }
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const Vec3 shift = world.pose(ids[i]).position - start[i] - Vec3{floor.pose.position.x, 0, 0};
+    EXPECT_LT(length(shift), 0.02f) << i;
+  }
 }
 
 /// A slab on 16 balls of 1/16 kg each, `ratio` times as heavy as all of them; the balls' radius in m, and the step

@@ -61,8 +61,8 @@ void SupportSolver::find_bases() {
     const SupportGraph::Structure& s = support_graph_.structures()[i];
     StructureState& state = structures_[i];
     state = {};
-    state.is_held = find_base(s, state.base);
-    if (!state.is_held || (state.base.linear == Vec3{} && state.base.angular == Vec3{})) continue;
+    state.has_base = find_base(s, state.base);
+    if (!state.has_base || (state.base.linear == Vec3{} && state.base.angular == Vec3{})) continue;
     for (std::uint32_t k = s.first; k < s.end; ++k) {
       const std::uint32_t slot = member(k).slot;
       if (is_settled(velocity_against(state.base, slot))) overloads_.settle(slot);
@@ -83,7 +83,7 @@ void SupportSolver::choose_held() {
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     const SupportGraph::Structure& s = support_graph_.structures()[i];
     StructureState& state = structures_[i];
-    state.is_held = state.is_held && is_calm(s, state.base);
+    state.is_held = state.has_base && is_calm(s, state.base);
     for (std::uint32_t k = s.first; state.is_held && k < s.end; ++k) {
       held_[members[k].slot] = last_held_[k] < 0 ? 1 : last_held_[k];
       held_slots_.push_back(members[k].slot);

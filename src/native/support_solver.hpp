@@ -114,6 +114,7 @@ class SupportSolver {
   std::vector<std::uint32_t> held_slots_;  // whose `held_` may differ from `not_a_member`
   std::vector<float> last_held_;           // by member, in the last step
   struct StructureState {
+    bool has_base = false;  ///< all that it rests on moves as one
     bool is_held = false;
     bool was_made = false;       ///< a solution of this step was worth making
     bool is_left_alone = false;  ///< the step's first was not: there are no others
