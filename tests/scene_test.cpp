@@ -185,8 +185,12 @@ shape = {type = "hull", points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}
 shape = {type = "cylinder", radius = 0.5, half_height = 2}
 [[body]]
 shape = {type = "cone", radius = 0.5, height = 1, top_radius = 0.1, sides = 12}
+[[body]]
+shape = {type = "box", half_extents = [1, 2, 3], rounding = 0.5}
+[[body]]
+shape = {type = "cylinder", radius = 0.5, half_height = 2, rounding = 0}
 )");
-  ASSERT_EQ(scene.bodies.size(), 6u);
+  ASSERT_EQ(scene.bodies.size(), 8u);
   EXPECT_EQ(scene.bodies[0].shape.radius, 0.25f);
   EXPECT_EQ(scene.bodies[1].shape.half_extents.z, 1.0f);
   EXPECT_EQ(scene.bodies[2].shape.half_extents.z, 3.0f);
@@ -194,6 +198,10 @@ shape = {type = "cone", radius = 0.5, height = 1, top_radius = 0.1, sides = 12}
   EXPECT_EQ(scene.bodies[3].shape.hull->vertices().size(), 4u);
   EXPECT_EQ(scene.bodies[4].shape.hull->vertices().size(), 64u);
   EXPECT_EQ(scene.bodies[5].shape.hull->vertices().size(), 24u);
+  EXPECT_EQ(scene.bodies[6].shape.hull->radius(), 0.5f);
+  EXPECT_EQ(scene.bodies[7].shape.hull->radius(), 0);
+  EXPECT_EQ(error_of("[[body]]\nshape = {type = \"box\", half_extents = [1, 1, 1], rounding = -1}\n"),
+            "scene.toml:2:61: 'rounding' must not be negative");
   EXPECT_EQ(error_of("[[body]]\nshape = {type = \"cone\", radius = 1, height = 1, sides = 128}\n"),
             "scene.toml:2:57: 'sides' must be between 3 and 127, not 128");
 }

@@ -24,7 +24,7 @@ struct TestHull {
             0,
             {0, 0, 0},
             {vertices.data(), edges.data(), planes.data(), face_edges.data(), static_cast<int>(vertices.size()),
-             static_cast<int>(edges.size()), static_cast<int>(planes.size())}};
+             static_cast<int>(edges.size()), static_cast<std::int16_t>(planes.size())}};
   }
 };
 

@@ -51,6 +51,8 @@ bool is_same(const Shape& a, const Shape& b);
 [[noreturn]] void refuse_scene(std::string_view engine, std::string_view what);
 /// Refuses a mesh or a height field.
 [[noreturn]] void refuse_shape(std::string_view engine);
+/// Refuses rounded hulls, of which engines would get the cores.
+void refuse_rounded(std::string_view engine, const Scene& scene);
 /// Refuses a scene with joints.
 void refuse_joints(std::string_view engine, const Scene& scene);
 /// Refuses all joints but rigid ball joints between bodies that do not collide: adapters make no others.

@@ -1,3 +1,5 @@
+#include <fathom/compound.hpp>
+
 #include "engine.hpp"
 
 namespace fathom::peers {
@@ -62,6 +64,16 @@ void refuse_scene(std::string_view engine, std::string_view what) {
 }
 
 void refuse_shape(std::string_view engine) { refuse_scene(engine, "triangle meshes, height fields and compounds"); }
+
+void refuse_rounded(std::string_view engine, const Scene& scene) {
+  const auto is_rounded = [](const Shape& shape) { return shape.hull && shape.hull->radius() > 0; };
+  for (const BodyDef& body : scene.bodies) {
+    bool is_any = is_rounded(body.shape);
+    if (body.shape.compound)
+      for (const ChildShape& child : body.shape.compound->children()) is_any |= is_rounded(child.shape);
+    if (is_any) refuse_scene(engine, "rounded boxes and hulls");
+  }
+}
 
 void refuse_joints(std::string_view engine, const Scene& scene) {
   if (!scene.joints.empty()) refuse_scene(engine, "joints");

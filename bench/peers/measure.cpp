@@ -71,6 +71,7 @@ Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int
   step_ms.reserve(static_cast<std::size_t>(steps));
   double total_ms = 0;
   try {
+    if (kind.name != "fathom") refuse_rounded(kind.name, scene);
     engine = kind.create(scene, threads);
     set_going(*engine, scene);
     Random random(scene.kicks ? scene.kicks->seed : 0);

@@ -20,11 +20,11 @@ enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh, height_f
 
 /// A convex shape or a compound of such shapes, centred at its centre of mass, or a triangle surface for bodies that
 /// are not dynamic. Cheap to copy; hulls, surfaces and compounds are shared and immutable. Created by `sphere`,
-/// `capsule`, `box`, `hull`, `cylinder` and `cone`, by `compound` (compound.hpp), and by `mesh` and `height_field`
-/// (mesh.hpp), which check their arguments.
+/// `capsule`, `box`, `hull`, `cylinder`, `cone` and `rounded`, by `compound` (compound.hpp), and by `mesh` and
+/// `height_field` (mesh.hpp), which check their arguments.
 struct Shape {
   ShapeType type = ShapeType::box;             ///< which of the other fields count
-  float radius = 0;                            ///< sphere, capsule (m)
+  float radius = 0;                            ///< sphere, capsule; of a hull, `Hull::radius()` (m)
   Vec3 half_extents{0, 0, 0};                  ///< box (m); capsule: (0, 0, half the length of its segment)
   std::shared_ptr<const Hull> hull{};          ///< hull
   std::shared_ptr<const Surface> surface{};    ///< mesh, height field
@@ -60,6 +60,11 @@ FATHOM_API Shape cylinder(float radius, float half_height, int sides = 32);
 /// given: a hull with cross-sections like those of `cylinder`. The origin is its centre of mass, for a cone a quarter
 /// of its height above the base; `Hull::offset` is its position relative to half height.
 FATHOM_API Shape cone(float radius, float height, float top_radius = 0, int sides = 32);
+/// The shape and everything within `radius` (m, finite, not negative) of it: a box, a hull, a cylinder or a cone with
+/// rounded edges, all of whose extents grow by `radius`, or a larger sphere or capsule. Its volume and its inertia are
+/// exact. Its centre of mass is the origin; `Hull::offset` still is relative to the original points. Also throws
+/// `Error{invalid_argument}` for surfaces and compounds; round a compound's children instead.
+FATHOM_API Shape rounded(const Shape& shape, float radius);
 
 /// Mass (kg) and rotational inertia about the centre of mass (kg·m²).
 struct MassProperties {
@@ -75,7 +80,8 @@ FATHOM_API float volume(const Shape& shape);
 /// `Error{invalid_argument}` for any other mass, and for a surface, which has none.
 FATHOM_API MassProperties mass_properties(const Shape& shape, float mass);
 
-/// A convex polyhedron as half-edges, readable for drawing. Built by `hull`.
+/// A convex polyhedron as half-edges, readable for drawing, and everything within a radius of it. Built by `hull` and
+/// `rounded`.
 class FATHOM_API Hull {
  public:
   /// The plane of a face.
@@ -110,15 +116,17 @@ class FATHOM_API Hull {
   std::span<const Eight> vertex_eights() const { return vertex_eights_; }
   /// The planes again, in eights.
   std::span<const Eight> plane_eights() const { return plane_eights_; }
+  /// Everything within this distance of the polyhedron belongs to the shape, too (m); 0 for one that is not rounded.
+  float radius() const { return radius_; }
   /// Centre of mass in the coordinates of the original points.
   Vec3 offset() const { return offset_; }
   /// Volume (m³).
   float volume() const { return volume_; }
   /// Inertia about the centre of mass for unit mass (m²).
   const SymMat3& unit_inertia() const { return unit_inertia_; }
-  /// Distance of the farthest vertex from the centre of mass (m).
+  /// Distance of the farthest point from the centre of mass (m).
   float outer_radius() const { return outer_radius_; }
-  /// Distance of the nearest face plane from the centre of mass (m).
+  /// Distance of the nearest face from the centre of mass (m).
   float inner_radius() const { return inner_radius_; }
   /// Largest coordinate of a vertex (m).
   float largest_coordinate() const { return largest_coordinate_; }
@@ -134,6 +142,7 @@ class FATHOM_API Hull {
   std::vector<std::uint16_t> vertex_edges_;
   std::vector<Eight> vertex_eights_, plane_eights_;
   Vec3 offset_;
+  float radius_ = 0;
   float volume_ = 0;
   SymMat3 unit_inertia_;
   float outer_radius_ = 0;

@@ -6,6 +6,7 @@
 #include "collision/hull_round.hpp"
 #include "collision/polyhedra.hpp"
 #include "collision/round_shapes.hpp"
+#include "collision/rounded.hpp"
 
 namespace fathom {
 
@@ -26,9 +27,9 @@ FATHOM_HD Manifold collide_polyhedron_round(const Geometry& a, const Geometry& b
 FATHOM_HD Manifold collide_polyhedra(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin,
                                      AxisCache& cache, const PatchLoad& load) {
   const bool is_box_a = a.type == ShapeType::box, is_box_b = b.type == ShapeType::box;
-  if (!is_box_a && !is_box_b) return collide_hulls(a.hull, b.hull, b_in_a, margin, cache, load);
+  if (!is_box_a && !is_box_b) return collide_rounded(a.hull, b.hull, b_in_a, margin, cache, load);
   const BoxHull box(is_box_a ? a.half_extents : b.half_extents);
-  return collide_hulls(is_box_a ? view(box) : a.hull, is_box_b ? view(box) : b.hull, b_in_a, margin, cache, load);
+  return collide_rounded(is_box_a ? view(box) : a.hull, is_box_b ? view(box) : b.hull, b_in_a, margin, cache, load);
 }
 
 /// Any shapes except two boxes; a kernel that never sees a hull does not need `with_hulls`. Each function has as few

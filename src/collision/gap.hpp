@@ -33,7 +33,7 @@ FATHOM_HD Core core_of(const Geometry& g) {
     case ShapeType::compound:
       break;
   }
-  return {{}, {}, g.hull, 0};
+  return {{}, {}, g.hull, g.radius};
 }
 
 FATHOM_HD Vec3 support(const Core& core, Vec3 d) {

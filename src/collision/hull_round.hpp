@@ -167,7 +167,8 @@ FATHOM_HD void add_stretch(const HullView& hull, int face, const Stretch& stretc
     const float height = plane_height(plane, on_core);
     if (height > reach) continue;
     const int edge = i == 0 ? stretch.lo_edge : stretch.hi_edge;
-    add_round_point(m, mul_add(on_core, -height, plane.normal), 0, height, round.radius, segment_feature(t, edge >> 1));
+    add_round_point(m, mul_add(on_core, -height, plane.normal), hull.radius, height, round.radius,
+                    segment_feature(t, edge >> 1));
   }
 }
 
@@ -190,7 +191,7 @@ FATHOM_HD void add_face_points(const HullView& hull, int face, const RoundShape&
 FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& round, float margin, AxisCache& cache) {
   Manifold m;
   const Segment& core = round.core;
-  const float reach = round.radius + margin;
+  const float reach = hull.radius + round.radius + margin;
   if (cache.separated && cache.a < hull.face_count && face_separation(hull.planes[cache.a], core) > reach) return m;
 
   const FaceAxis face = best_face(hull, core);
@@ -215,7 +216,7 @@ FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& ro
     add_face_points(hull, face.face, round, tolerance, gap, reach, m);
     if (m.count == 0) {
       m.normal = (1.0f / gap) * (closest.on_segment - closest.on_hull);
-      add_round_point(m, closest.on_hull, 0, gap, round.radius, closest.feature);
+      add_round_point(m, closest.on_hull, hull.radius, gap, round.radius, closest.feature);
     }
     return m;
   }
@@ -224,7 +225,8 @@ FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& ro
     const EdgeView e = edge_view(hull, edges.a);
     const SegmentPair pair = closest_points({e.from, e.along}, core);
     m.normal = edges.normal;
-    add_round_point(m, pair.on_1, 0, dot(m.normal, core.from - e.from), round.radius, segment_feature(pair.t, edges.a));
+    add_round_point(m, pair.on_1, hull.radius, dot(m.normal, core.from - e.from), round.radius,
+                    segment_feature(pair.t, edges.a));
     return m;
   }
   add_face_points(hull, face.face, round, tolerance, face.separation, reach, m);
@@ -234,7 +236,7 @@ FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& ro
     const std::uint32_t lower = plane_height(plane, core.from) <= plane_height(plane, end_of(core)) ? 0 : 1;
     const Vec3 end = lower == 0 ? core.from : end_of(core);
     m.normal = plane.normal;
-    add_round_point(m, mul_add(end, -face.separation, plane.normal), 0, face.separation, round.radius,
+    add_round_point(m, mul_add(end, -face.separation, plane.normal), hull.radius, face.separation, round.radius,
                     vertex_feature(lower, true));
   }
   return m;

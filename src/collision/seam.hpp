@@ -38,8 +38,10 @@ FATHOM_HD SeamLengths make_seam_lengths(float half_b, float radius_a, float radi
   return make_seam_lengths(half_b, max(extent, 0.25f * max_component(abs(pose_a.position))));
 }
 
-/// Boxes and hulls have faces that may be hidden, and may hide others'.
-FATHOM_HD bool has_faces(const Geometry& g) { return g.type == ShapeType::box || g.type == ShapeType::hull; }
+/// Boxes and hulls have faces that may be hidden, and may hide others'. Between rounded ones there are grooves.
+FATHOM_HD bool has_faces(const Geometry& g) {
+  return (g.type == ShapeType::box || g.type == ShapeType::hull) && g.radius == 0;
+}
 
 /// Height of a point, in the shape's frame, over the face where it is greatest; below zero: inside.
 FATHOM_HD float height_over(const Geometry& g, Vec3 point) {
@@ -164,10 +166,13 @@ FATHOM_HD Vec3 pulled_inside(const Geometry& g, Vec3 point) {
     const float distance = length(out);
     return distance > g.radius ? mul_add(on_core, g.radius / distance, out) : point;
   }
+  Vec3 inside = point;
   for (int f = 0; f < g.hull.face_count; ++f)
-    if (const float height = plane_height(g.hull.planes[f], point); height > 0)
-      point = mul_add(point, -height, g.hull.planes[f].normal);
-  return point;
+    if (const float height = plane_height(g.hull.planes[f], inside); height > 0)
+      inside = mul_add(inside, -height, g.hull.planes[f].normal);
+  if (g.radius == 0) return inside;
+  const float distance = length(point - inside);
+  return distance > g.radius ? mul_add(inside, g.radius / distance, point - inside) : point;
 }
 
 /// Calls act(point) for the manifold's points on A until it returns true; returns whether it did. Skips points beside
@@ -239,7 +244,8 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
       round_face_contact(hull_a, face, round, round.radius + margin, over);
     } else {
       AxisCache cache;
-      hull_face_contact(make_hull_pair(hull_a, hull_b, b_in_a), face, false, margin, {}, cache, over);
+      hull_face_contact(make_hull_pair(hull_a, hull_b, b_in_a), face, false, margin + hull_b.radius, {}, cache, over);
+      round_off(over, 0, hull_b.radius);
     }
     if (highest <= -half && nearest_separation(over) >= 0) continue;
     for (int i = 0; i < over.count; ++i)

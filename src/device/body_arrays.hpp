@@ -164,7 +164,7 @@ struct SplitBody {
 struct HullRecord {
   std::uint32_t vertices = 0, edges = 0, planes = 0, face_edges = 0;  ///< offset in each array
   int vertex_count = 0, edge_count = 0, face_count = 0;
-  float inner = 0, outer = 0;  ///< see HullView
+  float inner = 0, outer = 0, radius = 0;  ///< see HullView
 };
 /// A bit for each type of shape.
 FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << static_cast<std::uint32_t>(type); }
@@ -189,9 +189,10 @@ struct HullArrays {
             .face_edges = face_edges + h.face_edges,
             .vertex_count = h.vertex_count,
             .edge_count = h.edge_count,
-            .face_count = h.face_count,
+            .face_count = static_cast<std::int16_t>(h.face_count),
             .inner = h.inner,
             .outer = h.outer,
+            .radius = h.radius,
             .vertex_edges = vertex_edges + h.vertices};
   }
 };

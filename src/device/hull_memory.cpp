@@ -107,7 +107,8 @@ void HullMemory::write(std::uint32_t index) {
                           static_cast<int>(hull.edges().size()),
                           static_cast<int>(hull.planes().size()),
                           hull.inner_radius(),
-                          hull.largest_coordinate()};
+                          hull.largest_coordinate(),
+                          hull.radius()};
   vertex_edges_.append(hull.vertex_edges());
   records_.note(index, index + 1);
 }

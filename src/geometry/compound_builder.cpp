@@ -54,7 +54,7 @@ float reach_of(const ChildShape& child) {
   }
   float farthest = 0;
   for (const Vec3 v : child.shape.hull->vertices()) farthest = max(farthest, length(transform(child.pose, v)));
-  return farthest;
+  return farthest + shape.radius;
 }
 
 void check_size(const Compound& compound) {

@@ -13,11 +13,12 @@ struct HullView {
   const Hull::Plane* planes = nullptr;
   const std::uint16_t* face_edges = nullptr;
   int vertex_count = 0;
-  int edge_count = 0;  ///< half-edges
-  int face_count = 0;
-  float inner = 0;           ///< distance of the nearest face from the origin (m)
-  float outer = 0;           ///< largest coordinate of a vertex (m); 0: this and `inner` are unknown
-  bool is_for_team = false;  ///< all work-items of a team (math/team.hpp) search it together
+  int edge_count = 0;           ///< half-edges
+  std::int16_t face_count = 0;  // short, so that a body's constant data fill whole cache lines (BodyInfo)
+  bool is_for_team = false;     ///< all work-items of a team (math/team.hpp) search it together
+  float inner = 0;              ///< half the shape's least width, about (m)
+  float outer = 0;              ///< largest coordinate of a vertex (m); 0: this and `inner` are unknown
+  float radius = 0;             ///< everything within it of the polyhedron belongs to the shape, too (m)
   // Optional accelerators (may be null); they do not change results.
   const std::uint16_t* vertex_edges = nullptr;
   const Hull::Eight* vertex_eights = nullptr;
@@ -31,10 +32,11 @@ inline HullView view(const Hull& hull) {
           hull.face_edges().data(),
           static_cast<int>(hull.vertices().size()),
           static_cast<int>(hull.edges().size()),
-          static_cast<int>(hull.planes().size()),
+          static_cast<std::int16_t>(hull.planes().size()),
+          false,
           hull.inner_radius(),
           hull.largest_coordinate(),
-          false,
+          hull.radius(),
           hull.vertex_edges().data(),
           hull.vertex_eights().data(),
           hull.plane_eights().data()};
@@ -43,7 +45,7 @@ inline HullView view(const Hull& hull) {
 /// A shape without ownership.
 struct Geometry {
   ShapeType type = ShapeType::box;
-  float radius = 0;  ///< sphere, capsule
+  float radius = 0;  ///< sphere, capsule, hull
   Vec3 half_extents{
       0, 0, 0};  ///< box; capsule: z is half its segment's length; hull, compound: the inner radius in all components
   HullView hull = {};           ///< hull

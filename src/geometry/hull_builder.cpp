@@ -5,7 +5,7 @@
 #include <string>
 
 #include "geometry/polygon_mesh.hpp"
-#include "geometry/solid.hpp"
+#include "geometry/rounded_solid.hpp"
 
 namespace fathom {
 namespace {
@@ -56,42 +56,31 @@ void check_euler(const Numbering& n) {
               "give them thickness or use a box");
 }
 
-SolidIntegrals integrate(const PolygonMesh& mesh) {
-  SolidIntegrals solid;
-  for (const PolygonMesh::Face& face : mesh.faces) {
-    if (face.edge < 0) continue;
-    const auto corner = [&](int e) { return mesh.vertices[mesh.edges[e].origin]; };
-    for (int e = mesh.edges[face.edge].next; mesh.edges[e].next != face.edge; e = mesh.edges[e].next) {
-      solid.add(corner(face.edge), corner(e), corner(mesh.edges[e].next));
-    }
-  }
-  return solid;
-}
-
 }  // namespace
 
-Hull HullBuilder::build(std::span<const Vec3> points) {
+Hull HullBuilder::build(std::span<const Vec3> points, float radius) {
   const TriangleHull triangles = triangle_hull(points);
   const PolygonMesh mesh = merge_coplanar(triangles);
   const Numbering numbering(mesh);
   check_capacity(numbering);
   check_euler(numbering);
-  const SolidIntegrals solid = integrate(mesh);
+  const SolidIntegrals solid = rounded_solid(mesh, to_double(radius));
 
   Hull hull;
+  hull.radius_ = radius;
   const Vec3d centre = solid.centre();
   hull.offset_ = to_float(triangles.centre + centre);
   hull.volume_ = static_cast<float>(solid.volume());
   hull.unit_inertia_ = solid.unit_inertia();
   for (const int v : numbering.vertices) {
     hull.vertices_.push_back(to_float(mesh.vertices[v] - centre));
-    hull.outer_radius_ = std::max(hull.outer_radius_, length(hull.vertices_.back()));
+    hull.outer_radius_ = std::max(hull.outer_radius_, length(hull.vertices_.back()) + radius);
   }
   for (std::size_t f = 0; f < numbering.faces.size(); ++f) {
     const PolygonMesh::Face& face = mesh.faces[numbering.faces[f]];
     const float offset = static_cast<float>(face.offset - dot(face.normal, centre));
     hull.planes_.push_back({to_float(face.normal), offset});
-    hull.inner_radius_ = f == 0 ? offset : std::min(hull.inner_radius_, offset);
+    hull.inner_radius_ = f == 0 ? offset + radius : std::min(hull.inner_radius_, offset + radius);
     hull.face_edges_.push_back(static_cast<std::uint16_t>(numbering.new_edge[face.edge]));
   }
   for (const int e : numbering.edges) {

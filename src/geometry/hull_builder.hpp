@@ -8,8 +8,9 @@ namespace fathom {
 
 class HullBuilder {
  public:
-  /// Throws as described at `fathom::hull`.
-  static Hull build(std::span<const Vec3> points);
+  /// The hull of the points, to which everything within `radius` (m) of it belongs, too. Throws as described at
+  /// `fathom::hull`.
+  static Hull build(std::span<const Vec3> points, float radius = 0);
 };
 
 }  // namespace fathom

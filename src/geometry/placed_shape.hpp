@@ -32,7 +32,7 @@ struct PlacedShape {
     const Vec3d extents = to_double(shape.half_extents);
     thinnest = to_double(min_component(shape.half_extents));
     if (shape.type == ShapeType::hull) {
-      hull = shape.hull;
+      hull = shape.hull, radius = to_double(shape.radius);
     } else if (shape.type == ShapeType::box) {
       half = extents;
     } else {

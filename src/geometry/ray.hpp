@@ -107,6 +107,61 @@ FATHOM_HD RayEntry enter_hull(const LocalRay& ray, const HullView& hull) {
   return ray_clip.entry();
 }
 
+/// Whether a point lies in the prism over a face.
+FATHOM_HD bool is_over(const HullView& hull, int face, Vec3d point) {
+  const Vec3d normal = to_double(hull.planes[face].normal);
+  int e = hull.face_edges[face];
+  do {
+    const int next = hull.edges[e].next;
+    const Vec3d from = to_double(hull.vertices[hull.edges[e].origin]);
+    const Vec3d along = to_double(hull.vertices[hull.edges[next].origin]) - from;
+    if (dot(cross(normal, along), point - from) < 0) return false;
+    e = next;
+  } while (e != hull.face_edges[face]);
+  return true;
+}
+
+/// Capsule about an edge.
+FATHOM_HD RayEntry enter_edge(const LocalRay& ray, Vec3d from, Vec3d to, double radius) {
+  const Vec3d along = to - from, middle = 0.5 * (from + to);
+  const double l = length(along);
+  const Vec3d z = (1 / l) * along, aside = std::abs(z.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  const Vec3d across = cross(z, aside), x = (1 / length(across)) * across, y = cross(z, x);
+  const auto turned = [&](Vec3d v) { return Vec3d{dot(x, v), dot(y, v), dot(z, v)}; };
+  RayEntry entry = enter_capsule({turned(ray.origin - middle), turned(ray.translation)}, radius, 0.5 * l);
+  const Vec3d n = entry.normal;
+  entry.normal = n.x * x + (n.y * y + n.z * z);
+  return entry;
+}
+
+/// A hull with a radius is the union of the polyhedron, a prism on each face and a capsule about each edge.
+FATHOM_HD RayEntry enter_rounded_hull(const LocalRay& ray, const HullView& hull) {
+  const double radius = to_double(hull.radius);
+  HalfSpaceClip around;
+  for (int f = 0; f < hull.face_count; ++f) {
+    const Vec3d normal = to_double(hull.planes[f].normal);
+    const double offset = to_double(hull.planes[f].offset) + radius;
+    around.clip(dot(normal, ray.origin) - offset, dot(normal, ray.translation), normal);
+  }
+  if (!around.entry().is_hit) return {};
+  RayEntry first = enter_hull(ray, hull);
+  const auto offer = [&](const RayEntry& entry) {
+    if (entry.is_hit && (!first.is_hit || entry.fraction < first.fraction || entry.starts_inside)) first = entry;
+  };
+  for (int f = 0; f < hull.face_count && !first.starts_inside; ++f) {
+    const Vec3d normal = to_double(hull.planes[f].normal);
+    const double height = dot(normal, ray.origin) - to_double(hull.planes[f].offset);
+    const double climb = dot(normal, ray.translation), t = (radius - height) / climb;
+    if (height >= 0 && height <= radius && is_over(hull, f, ray.origin)) offer(entry_inside());
+    if (height > radius && climb < 0 && t <= 1 && is_over(hull, f, ray.origin + t * ray.translation))
+      offer({true, false, t, normal});
+  }
+  for (int e = 0; e < hull.edge_count && !first.starts_inside; e += 2)
+    offer(enter_edge(ray, to_double(hull.vertices[hull.edges[e].origin]),
+                     to_double(hull.vertices[hull.edges[e + 1].origin]), radius));
+  return first;
+}
+
 /// A ray against a convex shape at a pose; true: `hit` says where.
 FATHOM_HD bool meets_convex(const Ray& ray, const Geometry& shape, const Pose& pose, SurfaceHit& hit) {
   const PlacedShape placed(shape, pose);
@@ -124,7 +179,7 @@ FATHOM_HD bool meets_convex(const Ray& ray, const Geometry& shape, const Pose& p
       entry = enter_box(local, placed.half);
       break;
     case ShapeType::hull:
-      entry = enter_hull(local, shape.hull);
+      entry = shape.radius > 0 ? enter_rounded_hull(local, shape.hull) : enter_hull(local, shape.hull);
       break;
     case ShapeType::mesh:
     case ShapeType::height_field:

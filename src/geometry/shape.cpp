@@ -144,6 +144,29 @@ Shape hull(std::span<const Vec3> points) {
   return checked({ShapeType::hull, 0, {}, std::make_shared<const Hull>(HullBuilder::build(points))}, "fathom::hull");
 }
 
+Shape rounded(const Shape& shape, float radius) {
+  const std::string maker = "fathom::rounded";
+  require(is_finite(radius) && radius >= 0, maker + ": radius", radius, "it must be finite and not negative");
+  if (!shape.is_convex())
+    throw Error(ErrorCode::invalid_argument, maker + ": the shape is a " +
+                                                 (shape.is_surface() ? "surface" : "compound") +
+                                                 "; spheres, capsules, boxes and hulls can be rounded" +
+                                                 (shape.is_surface() ? "" : ", and so can a compound's children"));
+  if (shape.type == ShapeType::sphere) return sphere(shape.radius + radius);
+  if (shape.type == ShapeType::capsule) return capsule(shape.radius + radius, shape.half_extents.z);
+  if (radius == 0) return shape;
+  std::vector<Vec3> points;
+  const Vec3 h = shape.half_extents;
+  for (unsigned i = 0; i < 8 && !shape.hull; ++i)
+    points.push_back({i & 1 ? h.x : -h.x, i & 2 ? h.y : -h.y, i & 4 ? h.z : -h.z});
+  if (shape.hull) {
+    for (const Vec3 v : shape.hull->vertices()) points.push_back(v + shape.hull->offset());
+    radius += shape.hull->radius();
+  }
+  return checked({ShapeType::hull, radius, {}, std::make_shared<const Hull>(HullBuilder::build(points, radius))},
+                 maker.c_str());
+}
+
 Shape cylinder(float radius, float half_height, int sides) {
   require_positive("fathom::cylinder: radius", radius);
   require_positive("fathom::cylinder: half_height", half_height);

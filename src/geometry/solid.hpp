@@ -1,49 +1,79 @@
-// Volume, centre of mass and inertia of a solid polyhedron.
+// Volume, centre of mass and inertia of a solid.
 #pragma once
 
-#include <array>
+#include <utility>
 
 #include "math/vec3d.hpp"
 
 namespace fathom {
 
-/// Integrals of 1, x and x·xᵀ over a solid bounded by triangles, summed over the tetrahedra that the triangles form
-/// with the origin (Blow, Binstock: How to find the inertia tensor of a 3D solid body, 2004). Exact for any closed
-/// surface, and numerically precise if the origin is near it.
+/// Sum of products a·bᵀ, of which only the symmetric part counts.
+struct Tensor3 {
+  double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+
+  void add(double s, Vec3d a, Vec3d b) {
+    xx += s * a.x * b.x, yy += s * a.y * b.y, zz += s * a.z * b.z;
+    xy += s / 2 * (a.x * b.y + a.y * b.x), xz += s / 2 * (a.x * b.z + a.z * b.x), yz += s / 2 * (a.y * b.z + a.z * b.y);
+  }
+  void add(double s, const Tensor3& t) {
+    xx += s * t.xx, yy += s * t.yy, zz += s * t.zz, xy += s * t.xy, xz += s * t.xz, yz += s * t.yz;
+  }
+};
+
+/// Integrals of 1, x and x·xᵀ over a solid.
+struct Moments {
+  double volume = 0;
+  Vec3d first;
+  Tensor3 second;
+};
+
+/// Such integrals over a solid, summed over its parts.
 class SolidIntegrals {
  public:
-  /// Adds a triangle, counter-clockwise seen from outside.
+  /// Adds a triangle of a closed surface, counter-clockwise seen from outside: the tetrahedron that it forms with the
+  /// origin (Blow, Binstock: How to find the inertia tensor of a 3D solid body, 2004). Exact wherever the origin is,
+  /// and numerically precise if the surface is near it.
   void add(Vec3d a, Vec3d b, Vec3d c) {
     const double six_volumes = dot(a, cross(b, c));
     const Vec3d sum = a + b + c;
-    volume_ += six_volumes / 6;
-    first_ += (six_volumes / 24) * sum;
     // ∫ x·xᵀ = 6V/120 · (s·sᵀ + a·aᵀ + b·bᵀ + c·cᵀ), s the sum of the corners (the fourth is the origin).
-    const auto moment = [&](double Vec3d::*u, double Vec3d::*v) {
-      return six_volumes / 120 * (sum.*u * sum.*v + a.*u * a.*v + b.*u * b.*v + c.*u * c.*v);
-    };
-    constexpr auto x = &Vec3d::x, y = &Vec3d::y, z = &Vec3d::z;
-    const std::array added{moment(x, x), moment(y, y), moment(z, z), moment(x, y), moment(x, z), moment(y, z)};
-    for (std::size_t i = 0; i < 6; ++i) second_[i] += added[i];
+    Moments m{six_volumes / 6, (six_volumes / 24) * sum, {}};
+    for (const Vec3d v : {sum, a, b, c}) m.second.add(six_volumes / 120, v, v);
+    add(m);
   }
 
-  double volume() const { return volume_; }
-  Vec3d centre() const { return (1 / volume_) * first_; }
+  /// Adds the prism between a triangle, counter-clockwise seen from `up`, and the triangle shifted by that.
+  void add_prism(Vec3d a, Vec3d b, Vec3d c, Vec3d up) {
+    add(a + up, b + up, c + up);
+    add(a, c, b);
+    for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
+      add(from, to, to + up);
+      add(from, to + up, from + up);
+    }
+  }
+
+  /// Adds a part.
+  void add(const Moments& part) {
+    sum_.volume += part.volume;
+    sum_.first += part.first;
+    sum_.second.add(1, part.second);
+  }
+
+  double volume() const { return sum_.volume; }
+  Vec3d centre() const { return (1 / sum_.volume) * sum_.first; }
 
   /// Inertia about the centre of mass for unit mass.
   SymMat3 unit_inertia() const {
     const Vec3d c = centre();
-    const auto central = [&](std::size_t i, double shift) { return second_[i] / volume_ - shift; };
-    const double xx = central(0, c.x * c.x), yy = central(1, c.y * c.y), zz = central(2, c.z * c.z);
-    const double xy = central(3, c.x * c.y), xz = central(4, c.x * c.z), yz = central(5, c.y * c.z);
+    Tensor3 t;
+    t.add(1 / sum_.volume, sum_.second);
+    t.add(-1, c, c);
     const auto f = [](double a) { return static_cast<float>(a); };
-    return {f(yy + zz), f(xx + zz), f(xx + yy), f(-xy), f(-xz), f(-yz)};
+    return {f(t.yy + t.zz), f(t.xx + t.zz), f(t.xx + t.yy), f(-t.xy), f(-t.xz), f(-t.yz)};
   }
 
  private:
-  double volume_ = 0;
-  Vec3d first_;
-  std::array<double, 6> second_{};  // xx, yy, zz, xy, xz, yz
+  Moments sum_;
 };
 
 }  // namespace fathom

@@ -37,7 +37,8 @@ FATHOM_HD Vec3 support(const Geometry& shape, Vec3 direction) {
     case ShapeType::compound:
       return {};
   }
-  return shape.hull.vertices[support_vertex(shape.hull, direction)];
+  const Vec3 vertex = shape.hull.vertices[support_vertex(shape.hull, direction)];
+  return shape.radius > 0 ? mul_add(vertex, shape.radius, normalize(direction)) : vertex;
 }
 
 /// Bounds of a placed box: tight if it is not rotated.
@@ -69,7 +70,7 @@ FATHOM_HD Aabb bounds(const Geometry& shape, const Pose& pose) {
         lower = min(lower, v);
         upper = max(upper, v);
       }
-      return {pose.position + lower, pose.position + upper};
+      return {pose.position + (lower - r), pose.position + (upper + r)};
     }
     case ShapeType::mesh:
     case ShapeType::height_field:
@@ -99,7 +100,7 @@ FATHOM_HD float bounding_radius(const Geometry& shape) {
   }
   float farthest = 0;
   for (int i = 0; i < shape.hull.vertex_count; ++i) farthest = max(farthest, length_squared(shape.hull.vertices[i]));
-  return fathom::sqrt(farthest);
+  return fathom::sqrt(farthest) + shape.radius;
 }
 
 }  // namespace fathom

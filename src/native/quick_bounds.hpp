@@ -25,7 +25,9 @@ inline Aabb quick_bounds(const Geometry& shape, const Pose& pose) {
   transpose(least);
   Eight of_all = least[0];
   for (int lane = 1; lane < 8; ++lane) of_all = min(least[lane], of_all);
-  return {pose.position + Vec3{of_all[0], of_all[1], of_all[2]}, pose.position - Vec3{of_all[3], of_all[4], of_all[5]}};
+  const Vec3 r{shape.radius, shape.radius, shape.radius}, lower{of_all[0], of_all[1], of_all[2]};
+  const Vec3 upper{-of_all[3], -of_all[4], -of_all[5]};
+  return {pose.position + (lower - r), pose.position + (upper + r)};
 }
 
 }  // namespace fathom::native

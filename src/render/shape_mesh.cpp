@@ -54,6 +54,45 @@ constexpr float no_edge = 1e6f;  // for meshes so fine that edge lines would hid
 
 float distance_to_line(Vec3 point, Vec3 a, Vec3 b) { return length(cross(point - a, normalize(b - a))); }
 
+/// A part of a rounded hull: the patch of a ball about `centres[0]` or a strip of a cylinder, from one great arc of
+/// normals to another, each given by its ends.
+void add_round_patch(Mesh& mesh, const Vec3 (&centres)[2], const Vec3 (&from)[2], const Vec3 (&to)[2], float radius) {
+  constexpr int pieces = 4;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto between = [](const Vec3(&ends)[2], float t) { return normalize((1 - t) * ends[0] + t * ends[1]); };
+  for (int i = 0; i <= pieces; ++i)
+    for (int k = 0; k < 2; ++k) {
+      const Vec3 n = between(k == 0 ? from : to, static_cast<float>(i) / pieces);
+      mesh.vertices.push_back({mul_add(centres[k], radius, n), n, no_edge});
+    }
+  for (std::uint32_t i = 0; i < pieces; ++i) {
+    const std::uint32_t a = first + 2 * i;
+    add_triangle(mesh, a, a + 1, a + 3);
+    add_triangle(mesh, a, a + 3, a + 2);
+  }
+}
+
+/// Edges and corners of a rounded hull.
+void add_round_edges(Mesh& mesh, const Hull& hull) {
+  const auto edges = hull.edges();
+  const auto normal = [&](std::size_t e) { return hull.planes()[edges[e].face].normal; };
+  std::vector<Vec3> middles(hull.vertices().size());  // of the normals at each vertex
+  for (std::size_t e = 0; e < edges.size(); ++e) middles[edges[e].origin] += normal(e);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const Vec3 at = hull.vertices()[edges[e].origin], end = hull.vertices()[edges[e ^ 1].origin];
+    const Vec3 left = normal(e), right = normal(e ^ 1);
+    if (e % 2 == 0) add_round_patch(mesh, {at, end}, {right, left}, {right, left}, hull.radius());
+    // The corner's normals, in rings from the middle to the side between this edge's faces.
+    const Vec3 middle = normalize(middles[edges[e].origin]);
+    constexpr int rings = 3;
+    for (int ring = 0; ring < rings; ++ring) {
+      const auto out = [&](Vec3 n, int r) { return middle + (static_cast<float>(r) / rings) * (n - middle); };
+      add_round_patch(mesh, {at, at}, {out(right, ring), out(left, ring)}, {out(right, ring + 1), out(left, ring + 1)},
+                      hull.radius());
+    }
+  }
+}
+
 }  // namespace
 
 Mesh unit_box() {
@@ -114,16 +153,20 @@ Mesh hull_mesh(const Hull& hull) {
     Vec3 middle;
     for (const Vec3 corner : corners) middle += (1.0f / static_cast<float>(corners.size())) * corner;
     const Vec3 n = hull.planes()[face].normal;
+    for (Vec3& corner : corners) corner = mul_add(corner, hull.radius(), n);
+    middle = mul_add(middle, hull.radius(), n);
+    const bool is_rounded = hull.radius() > 0;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Vec3 a = corners[i], b = corners[(i + 1) % corners.size()];
       const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
       // Within this triangle the distance from the edge a, b grows linearly towards the centre.
-      mesh.vertices.push_back({a, n, 0});
-      mesh.vertices.push_back({b, n, 0});
-      mesh.vertices.push_back({middle, n, distance_to_line(middle, a, b)});
+      mesh.vertices.push_back({a, n, is_rounded ? no_edge : 0});
+      mesh.vertices.push_back({b, n, is_rounded ? no_edge : 0});
+      mesh.vertices.push_back({middle, n, is_rounded ? no_edge : distance_to_line(middle, a, b)});
       add_triangle(mesh, first, first + 1, first + 2);
     }
   }
+  if (hull.radius() > 0) add_round_edges(mesh, hull);
   return mesh;
 }
 

@@ -28,7 +28,7 @@ Mesh unit_box();
 Mesh unit_sphere(int splits);
 /// Sphere of radius 1 cut at its equator; its halves are moved apart along z by half the capsule's length.
 Mesh unit_capsule(int segments);
-/// The hull's faces as fans around their centres, in metres.
+/// The hull's faces as fans around their centres, in metres; of a rounded hull also its edges and corners.
 Mesh hull_mesh(const Hull& hull);
 /// All children, in metres.
 Mesh compound_mesh(const Compound& compound);

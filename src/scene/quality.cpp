@@ -56,7 +56,7 @@ float extent(const Shape& shape, Vec3 direction) {
   }
   float farthest = 0;
   for (const Vec3 vertex : shape.hull->vertices()) farthest = max(farthest, dot(vertex, direction));
-  return farthest;
+  return farthest + shape.radius;
 }
 
 double kinetic_energy(const BodyDef& body, const Pose& pose, const Velocity& velocity) {

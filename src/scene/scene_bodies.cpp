@@ -137,6 +137,13 @@ Shape read_cone(const TomlTable& table) {
   return cone(radius, height, top_radius, read_sides(table));
 }
 
+/// A shape with edges, read by `read`, and everything within its `rounding`.
+Shape read_rounded(const TomlTable& table, Shape (*read)(const TomlTable&)) {
+  float rounding = 0;
+  table.read("rounding", rounding, Range::not_negative);
+  return rounded(read(table), rounding);
+}
+
 Filter read_filter(const TomlTable& outer, const toml::node& node) {
   const TomlTable table(outer.as_table(node, "filter"), "filter", outer.file(), {"category", "mask", "group"});
   Filter filter;
@@ -235,11 +242,12 @@ Shape read_shape_of_kind(const TomlTable& root, const TomlTable& outer, const to
     case ShapeKind::capsule:
       return read_capsule({shape, name, file, {"type", "radius", "half_length"}});
     case ShapeKind::box:
-      return read_box({shape, name, file, {"type", "half_extents"}});
+      return read_rounded({shape, name, file, {"type", "half_extents", "rounding"}}, read_box);
     case ShapeKind::cylinder:
-      return read_cylinder({shape, name, file, {"type", "radius", "half_height", "sides"}});
+      return read_rounded({shape, name, file, {"type", "radius", "half_height", "sides", "rounding"}}, read_cylinder);
     case ShapeKind::cone:
-      return read_cone({shape, name, file, {"type", "radius", "height", "top_radius", "sides"}});
+      return read_rounded({shape, name, file, {"type", "radius", "height", "top_radius", "sides", "rounding"}},
+                          read_cone);
     case ShapeKind::mesh:
       return read_mesh(outer, shape, name, materials);
     case ShapeKind::height_field:
@@ -251,7 +259,7 @@ Shape read_shape_of_kind(const TomlTable& root, const TomlTable& outer, const to
     case ShapeKind::hull:
       break;
   }
-  return read_hull({shape, name, file, {"type", "points"}});
+  return read_rounded({shape, name, file, {"type", "points", "rounding"}}, read_hull);
 }
 
 Shape read_shape(const TomlTable& root, const TomlTable& outer, const toml::node& node, const std::string& name) {

@@ -23,7 +23,7 @@ class ShapeInOwnAxes {
     if (shape.type == ShapeType::box) box_ = BoxHull(shape.half_extents);
     hull_ = shape.type == ShapeType::box ? fathom::view(box_) : shape.hull;
     const HullSize size = size_of(hull_);
-    inner_ = hull_.inner = size.inner, outer_ = hull_.outer = size.outer;
+    inner_ = hull_.inner = size.inner, outer_ = hull_.outer = size.outer + hull_.radius;
   }
   ShapeInOwnAxes(const ShapeInOwnAxes&) = delete;
   ShapeInOwnAxes& operator=(const ShapeInOwnAxes&) = delete;

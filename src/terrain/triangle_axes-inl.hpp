@@ -183,6 +183,7 @@ FATHOM_HD AxesOfTriangles<Lanes> axes_of(TriangleLanes<Lanes>& t, typename Lanes
     axes.near = near_of_round(t, shape.round(), margin, near);
     return axes;
   }
+  margin += shape.turned().radius;
   axes.of_normal = lowest_along<Lanes>(shape.turned(), t.normals) - t.offsets;
   near = Lanes::both(near, axes.of_normal <= Lanes::all(margin));
   axes.near = near;

@@ -138,8 +138,9 @@ FATHOM_HD void edge_contact(const SurfaceTriangle& t, const HullView& shape, con
   m.points[0].feature = edge_feature(static_cast<std::uint32_t>(axis.a), static_cast<std::uint32_t>(axis.b), false);
 }
 
-FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const AxesOfTriangles<OneLane>& axes,
-                                             const auto& shape, float margin, const auto& around) {
+/// Of the shape's core.
+FATHOM_HD TriangleContact collide_core(const SurfaceTriangle& t, const AxesOfTriangles<OneLane>& axes,
+                                       const auto& shape, float margin, const auto& around) {
   TriangleContact contact;
   Manifold& m = contact.manifold;
   const HullView& b = shape.turned();
@@ -226,6 +227,45 @@ FATHOM_HD Manifold collide_round(const SurfaceTriangle& t, const auto& shape, fl
                     segment_feature(at, (edge > 0 ? edge : 0) >> 1));
   }
   return m;
+}
+
+/// An edge of a rounded hull, for `collide_round`.
+struct RoundEdge {
+  RoundShape capsule;
+
+  FATHOM_HD const RoundShape& round() const { return capsule; }
+};
+
+/// As `collide_rounded`.
+FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const AxesOfTriangles<OneLane>& axes,
+                                             const auto& shape, float margin, const auto& around) {
+  const HullView& b = shape.turned();
+  TriangleContact contact = collide_core(t, axes, shape, margin + b.radius, around);
+  if (b.radius == 0) return contact;
+  Manifold& m = contact.manifold;
+  const TriangleHull hull(t, largest_coordinate(t));
+  const HullPair p = make_hull_pair(hull.view(), b, {});
+  const Vec3 guess = m.count > 0 ? m.normal : t.normal;
+  const Gap gap =
+      gap_between(Core{{}, {}, hull.view(), 0}, Core{{}, {}, b, b.radius}, p.b_in_a, guess, p.tolerance.noise);
+  if (gap.distance > margin + b.radius) return {};
+  if (!is_at_corner(gap.distance, m, p.tolerance.noise)) {
+    round_off(m, 0, b.radius);
+    return contact;
+  }
+  const EdgesAcross edges(b, -gap.normal);
+  Manifold corner;
+  for (int k = 0; k < edges.count; ++k) {
+    const int edge = edges.edges[k];
+    Manifold of_edge = collide_round(t, RoundEdge{edge_capsule(b, edge)}, margin, around);
+    for (int i = 0; i < of_edge.count; ++i) of_edge.points[i].feature += static_cast<std::uint32_t>(2 * edge);
+    if (k == 0 || nearest_separation(of_edge) < nearest_separation(corner)) corner = of_edge;
+  }
+  if (m.count > 0 && miss_of(corner, gap.distance - b.radius) > miss_of(m, gap.distance)) {
+    round_off(m, 0, b.radius);
+    return contact;
+  }
+  return {corner};
 }
 
 /// The contact where a triangle and the shape are nearer than `margin` (m); the normal points from the triangle to the

@@ -20,7 +20,7 @@ Eight lowest_along(const TurnedShape& shape, const EightVec3& directions) {
 unsigned met_on_way(const EightTriangles& triangles, const TurnedShape& shape, Vec3 way, float around) {
   const TriangleLanes<EightLanes> t = make_lanes(triangles);
   const EightVec3 ways = eight(way);
-  const float radius = shape.is_round() ? shape.round().radius : 0;
+  const float radius = shape.is_round() ? shape.round().radius : shape.turned().radius;
   const Eight reach = eight(around + radius) + eight(separation_rounding) * (t.reach + eight(shape.outer()));
   const EightVec3& normals = t.normals;
   EightInts met = (lane_numbers() < eight(triangles.count)) &

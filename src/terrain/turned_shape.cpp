@@ -18,7 +18,7 @@ void TurnedShape::turn(const Geometry& shape, Quat rotation) {
   if (shape.type == ShapeType::box) box_ = BoxHull(shape.half_extents);
   hull_ = shape.type == ShapeType::box ? fathom::view(box_) : shape.hull;
   const HullSize size = size_of(hull_);
-  inner_ = size.inner, outer_ = size.outer;
+  inner_ = size.inner, outer_ = size.outer + hull_.radius;
   hull_.inner = inner_, hull_.outer = outer_;
   const Mat3 turn = to_matrix(rotation);
   vertices_.reserve(static_cast<std::size_t>(hull_.vertex_count));

@@ -103,15 +103,15 @@ double distance_to_face(const Solid& solid, const Solid::Face& face, Vec3d p) {
   return is_over ? std::abs(height) : least;
 }
 
-/// Distance of a point or segment from a polyhedron that does not contain it: face to end point, or edge to segment.
-double distance_outside(const Solid& round, const Solid& polyhedron) {
+/// Distance of two cores, at least one of them a polyhedron, that are apart: face to corner, or edge to edge.
+double distance_outside(const Solid& a, const Solid& b) {
   double least = infinite;
-  for (const Solid::Face& face : polyhedron.faces)
-    for (const Vec3d& end : round.corners) least = std::min(least, distance_to_face(polyhedron, face, end));
-  for (const auto& [i, j] : round.edges)
-    for (const auto& [k, l] : polyhedron.edges)
-      least = std::min(
-          least, segment_distance(corner(round, i), corner(round, j), corner(polyhedron, k), corner(polyhedron, l)));
+  for (const auto& [solid, other] : {std::pair{&a, &b}, std::pair{&b, &a}})
+    for (const Solid::Face& face : solid->faces)
+      for (const Vec3d& end : other->corners) least = std::min(least, distance_to_face(*solid, face, end));
+  for (const auto& [i, j] : a.edges)
+    for (const auto& [k, l] : b.edges)
+      least = std::min(least, segment_distance(corner(a, i), corner(a, j), corner(b, k), corner(b, l)));
   return least;
 }
 
@@ -147,7 +147,6 @@ Solid::Solid(const Shape& shape, const Pose& pose) : radius(to_double(shape.radi
         faces.push_back({polygon_normal(corners, polygon), polygon});
       break;
     case ShapeType::hull: {
-      radius = 0;
       const Hull& hull = *shape.hull;
       for (const Vec3& p : hull.vertices()) corners.push_back(frame(to_double(p)));
       const auto origin = [&](std::size_t edge) { return static_cast<int>(hull.edges()[edge].origin); };
@@ -201,7 +200,7 @@ double overlap_depth(const Solid& a, const Solid& b) {
     const double cores = core_overlap(a, b);
     if (cores >= 0) return cores + radii;
     if (radii == 0) return 0;
-    between = a.faces.empty() ? distance_outside(a, b) : distance_outside(b, a);
+    between = distance_outside(a, b);
   }
   return std::max(0.0, radii - between);
 }

@@ -31,14 +31,15 @@ void read_material(ByteReader& in, Material& material) {
 }  // namespace
 
 void HullArchive::write(ByteWriter& out, const Hull& hull) {
-  out(hull.vertices_, hull.edges_, hull.planes_, hull.face_edges_, hull.offset_, hull.volume_, hull.unit_inertia_,
-      hull.outer_radius_, hull.inner_radius_);
+  out(hull.vertices_, hull.edges_, hull.planes_, hull.face_edges_, hull.radius_, hull.offset_, hull.volume_,
+      hull.unit_inertia_, hull.outer_radius_, hull.inner_radius_);
 }
 
 std::shared_ptr<const Hull> HullArchive::read(ByteReader& in) {
   auto hull = std::make_shared<Hull>();
-  in(hull->vertices_, hull->edges_, hull->planes_, hull->face_edges_, hull->offset_, hull->volume_, hull->unit_inertia_,
-     hull->outer_radius_, hull->inner_radius_);
+  in(hull->vertices_, hull->edges_, hull->planes_, hull->face_edges_, hull->radius_, hull->offset_, hull->volume_,
+     hull->unit_inertia_, hull->outer_radius_, hull->inner_radius_);
+  in.require(hull->radius_ >= 0 && is_finite(hull->radius_));
   const std::size_t vertices = hull->vertices_.size(), edges = hull->edges_.size(), faces = hull->planes_.size();
   in.require(vertices >= 4 && faces >= 4 && hull->face_edges_.size() == faces && edges % 2 == 0);
   for (const Hull::HalfEdge& edge : hull->edges_)
@@ -222,6 +223,7 @@ Shape ShapeReader::read() {
     in_.require(index <= hulls_.size());
     if (index == hulls_.size()) hulls_.push_back(HullArchive::read(in_));
     shape.hull = hulls_[index];
+    in_.require(shape.radius == shape.hull->radius());
   } else if (shape.is_surface()) {
     const auto index = in_.read<std::uint32_t>();
     in_.require(index <= surfaces_.size());

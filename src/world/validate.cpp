@@ -114,6 +114,8 @@ void check_shape(const Shape& shape, const char* action) {
     case ShapeType::hull:
       if (!shape.hull)
         refuse(std::string(action) + ": the shape's type is hull but it has none; make it with fathom::hull(points)");
+      if (!(shape.radius == shape.hull->radius()))
+        refuse(std::string(action) + ": the shape's radius is not its hull's; round it with fathom::rounded");
       return;
     case ShapeType::mesh:
     case ShapeType::height_field:
