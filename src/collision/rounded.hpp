@@ -20,30 +20,27 @@ FATHOM_HD void round_off(Manifold& m, float radius_a, float radius_b) {
   }
 }
 
-/// Edges at the hull's highest vertex along `n`: the one most nearly across it, and others that are almost as much.
+/// Edges at the hull's highest vertex along `n` that are nearly across it; if there are none, the one that is most.
 struct EdgesAcross {
-  static constexpr int max = 4;
-  int edges[max];
+  static constexpr int max_count = 4;
+  int edges[max_count];
   int count = 0;
 
   FATHOM_HD EdgesAcross(const HullView& hull, Vec3 n) {
-    constexpr float level = -0.06f;  // within 3.4 degrees
+    constexpr float level = -0.06f;  // sine of 3.4 degrees
     const int vertex = highest_vertex(hull, n).vertex;
     int start = hull.vertex_edges ? hull.vertex_edges[vertex] : 0;
     while (hull.edges[start].origin != vertex) ++start;
-    int e = start;
-    float steepest = -3e38f;
-    edges[0] = start >> 1;
+    int e = start, best = start;
+    float highest = -3e38f;
     do {
       const Vec3 along = hull.vertices[hull.edges[e ^ 1].origin] - hull.vertices[vertex];
       const float rise = dot(along, n) / length(along);  // at most zero
-      const bool is_level = rise >= level;
-      if (is_level && count < max) edges[count++] = e >> 1;
-      if (rise > steepest && count == 0) edges[0] = e >> 1;
-      steepest = fathom::max(steepest, rise);
+      if (rise >= level && count < max_count) edges[count++] = e >> 1;
+      if (rise > highest) highest = rise, best = e;
       e = hull.edges[e ^ 1].next;
     } while (e != start);
-    if (count == 0) count = 1;
+    if (count == 0) edges[count++] = best >> 1;
   }
 };
 FATHOM_HD RoundShape edge_capsule(const HullView& hull, int edge) {
@@ -63,6 +60,37 @@ FATHOM_HD bool is_at_corner(float distance, const Manifold& m, float noise) {
   return distance > 4 * noise && miss_of(m, distance) > fma(share, distance, 2 * noise);
 }
 
+/// The contact of the capsules about the nearest edges of both hulls, whose cores are nearest along `n`.
+FATHOM_HD Manifold corner_contact(const HullView& a, const HullView& b, const Pose& b_in_a, Vec3 n, float margin) {
+  const EdgesAcross of_a(a, n), of_b(b, -inverse_rotate(b_in_a.rotation, n));
+  int edge_a = 0, edge_b = 0;
+  float nearest = 3e38f;
+  for (int i = 0; i < of_a.count * of_b.count; ++i) {
+    const int first = of_a.edges[i / of_b.count], second = of_b.edges[i % of_b.count];
+    const SegmentPair pair =
+        closest_points(edge_capsule(a, first).core, transform(b_in_a, edge_capsule(b, second)).core);
+    const float squared = length_squared(pair.on_2 - pair.on_1);
+    if (squared < nearest) nearest = squared, edge_a = first, edge_b = second;
+  }
+  Manifold m = collide_round(edge_capsule(a, edge_a), transform(b_in_a, edge_capsule(b, edge_b)), margin);
+  for (int i = 0; i < m.count; ++i)
+    m.points[i].feature =
+        edge_feature(static_cast<std::uint32_t>(edge_a), static_cast<std::uint32_t>(4 * edge_b + i), false);
+  return m;
+}
+
+/// The cores' contact at B's vertex that is nearest along the gap.
+FATHOM_HD Manifold vertex_contact(const HullPair& p, const Gap& gap) {
+  const int vertex = lowest_vertex(p.b, transpose_mul(p.b_in_a.rotation, gap.normal)).vertex;
+  const Vec3 on_b = transform(p.b_in_a, p.b.vertices[vertex]);
+  Manifold m;
+  m.normal = gap.normal;
+  m.count = 1;
+  m.points[0] = {mul_add(on_b, -0.5f * gap.distance, gap.normal), gap.distance,
+                 vertex_feature(static_cast<std::uint32_t>(vertex), true)};
+  return m;
+}
+
 /// As `collide_hulls`, for hulls that may have a radius.
 FATHOM_HD Manifold collide_rounded(const HullView& a, const HullView& b, const Pose& b_in_a, float margin,
                                    AxisCache& cache, const PatchLoad& load) {
@@ -73,32 +101,15 @@ FATHOM_HD Manifold collide_rounded(const HullView& a, const HullView& b, const P
   const Vec3 guess = m.count > 0 ? m.normal : b_in_a.position;
   const Gap gap = gap_between(Core{{}, {}, a, a.radius}, Core{{}, {}, b, b.radius}, p.b_in_a, guess, p.tolerance.noise);
   if (gap.distance > margin + radii) return {};
-  if (!is_at_corner(gap.distance, m, p.tolerance.noise)) {
-    round_off(m, a.radius, b.radius);
-    return m;
-  }
-  const EdgesAcross of_a(a, gap.normal), of_b(b, -transpose_mul(p.b_in_a.rotation, gap.normal));
-  int edge_a = of_a.edges[0], edge_b = of_b.edges[0];
-  float nearest = 3e38f;
-  for (int i = 0; i < of_a.count * of_b.count; ++i) {
-    const int first = of_a.edges[i / of_b.count], second = of_b.edges[i % of_b.count];
-    const SegmentPair pair =
-        closest_points(edge_capsule(a, first).core, transform(b_in_a, edge_capsule(b, second)).core);
-    const float squared = length_squared(pair.on_2 - pair.on_1);
-    if (squared < nearest) nearest = squared, edge_a = first, edge_b = second;
-  }
-  Manifold corner = collide_round(edge_capsule(a, edge_a), transform(b_in_a, edge_capsule(b, edge_b)), margin);
-  for (int i = 0; i < corner.count; ++i)
-    corner.points[i].feature =
-        edge_feature(static_cast<std::uint32_t>(edge_a), static_cast<std::uint32_t>(4 * edge_b + i), false);
-  if (miss_of(corner, gap.distance - radii) <= miss_of(m, gap.distance)) return corner;
-  // A face that is almost best is nearest, not an edge; or a vertex beside the face that was best.
-  if (is_at_corner(gap.distance, m, p.tolerance.axis)) {
-    const int vertex = lowest_vertex(b, transpose_mul(p.b_in_a.rotation, gap.normal)).vertex;
-    m.normal = gap.normal;
-    m.count = 1;
-    m.points[0] = {mul_add(transform(p.b_in_a, b.vertices[vertex]), -0.5f * gap.distance, gap.normal), gap.distance,
-                   vertex_feature(static_cast<std::uint32_t>(vertex), true)};
+  if (is_at_corner(gap.distance, m, p.tolerance.noise)) {
+    const Manifold corner = corner_contact(a, b, b_in_a, gap.normal, margin);
+    if (miss_of(corner, gap.distance - radii) < miss_of(m, gap.distance)) return corner;
+    // Not edges, but a face that was almost best is nearest, or a vertex beside the face that was best.
+    if (is_at_corner(gap.distance, m, p.tolerance.axis)) m = vertex_contact(p, gap);
+  } else if (m.count == 0 && cache.kind != AxisCache::edges) {
+    // Beside the best face of a hull so large that rounding hides the distance.
+    const bool of_b = cache.kind == AxisCache::face_b;
+    hull_vertex_contact(p, of_b ? cache.b : cache.a, of_b, m);
   }
   round_off(m, a.radius, b.radius);
   return m;
