@@ -93,10 +93,11 @@ bool FoundTriangles::any_eight_near(const Aabb& box, const Test& test) const {
 bool FoundTriangles::is_nearer_outside(Vec3 point, float depth, float tolerance) const {
   // The point is over or under the triangle, at most so far away; a little more for rounding.
   const Aabb near = grown({point, point}, 1.001f * max(depth, tolerance) + tolerance);
+  const float highest = max(tolerance, depth - tolerance);
   return any_eight_near(near, [&](const EightTriangles& eight) {
     const TriangleLanes<EightLanes> t = make_lanes(eight);
     const Eight height = dot(t.normals, fathom::eight(point)) - t.offsets;
-    EightInts under = (height <= fathom::eight(tolerance)) & (height > fathom::eight(tolerance - depth));
+    EightInts under = (height <= fathom::eight(highest)) & (height > fathom::eight(tolerance - depth));
     for (int k = 0; k < 3; ++k)
       under = under & (dot(t.inward[k], fathom::eight(point) - t.corners[k]) >= fathom::eight(0.0f));
     return (bits(under) & eight.present()) != 0;

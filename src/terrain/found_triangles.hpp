@@ -21,7 +21,8 @@ class FoundTriangles {
 
   /// See `collide_triangle`.
   bool rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const;
-  /// Whether a point `depth` (m) behind a triangle has a shorter way out of the surface through another triangle.
+  /// Whether a point `depth` (m) behind a triangle has a shorter way out of the surface through another triangle, or is
+  /// outside already: it is nearer to the front of another one.
   bool is_nearer_outside(Vec3 point, float depth, float tolerance) const;
 
  private:

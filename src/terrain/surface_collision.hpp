@@ -68,14 +68,14 @@ struct TrianglesAround {
       return does_rise(t, other, shared, axis);
     });
   }
-  /// Whether a point `depth` (m) behind a triangle has a shorter way out of the surface through another triangle.
+  /// See `FoundTriangles::is_nearer_outside`.
   FATHOM_HD bool is_nearer_outside(Vec3 point, float depth, float tolerance) const {
     // The point is over or under the triangle, at most so far away; a little more for rounding.
     const Aabb near = grown(Aabb{point, point}, 1.001f * max(depth, tolerance) + tolerance);
     return surface.any_in(bounds(near, pose), [&](std::uint32_t number) {
       const SurfaceTriangle t = triangle(number);
       const float height = dot(t.normal, point) - t.offset;
-      if (!(height <= tolerance && height > tolerance - depth)) return false;
+      if (!(height <= max(tolerance, depth - tolerance) && height > tolerance - depth)) return false;
       for (int k = 0; k < 3; ++k) {
         const Vec3 inward = cross(t.normal, t.corners[(k + 1) % 3] - t.corners[k]);
         if (!(dot(inward, point - t.corners[k]) >= 0)) return false;

@@ -138,6 +138,14 @@ FATHOM_HD void edge_contact(const SurfaceTriangle& t, const HullView& shape, con
   m.points[0].feature = edge_feature(static_cast<std::uint32_t>(axis.a), static_cast<std::uint32_t>(axis.b), false);
 }
 
+/// Says whether a contact along the triangle's normal is doubtful. `nearest`: its least separation (m); `is_refused`:
+/// another axis is better, but the adjacent surface rises along it; `inner`: half the shape's smallest thickness (m).
+FATHOM_HD void doubt(float nearest, bool is_refused, float inner, const Tolerance& tolerance,
+                     TriangleContact& contact) {
+  contact.is_deep = nearest < -inner;
+  contact.is_doubtful = contact.is_deep || (is_refused && nearest < -tolerance.axis);
+}
+
 /// Of the shape's core.
 FATHOM_HD TriangleContact collide_core(const SurfaceTriangle& t, const AxesOfTriangles<OneLane>& axes,
                                        const auto& shape, float margin, const auto& around) {
@@ -168,16 +176,15 @@ FATHOM_HD TriangleContact collide_core(const SurfaceTriangle& t, const AxesOfTri
   hull_face_contact(pair, by_shape ? face : 0, by_shape, margin, {}, unused, m);
   // A rod that stands in the ground aslant: its lower end is under other triangles, which it does not touch.
   if (!by_shape && m.count == 0 && is_refused && passes_through) hull_vertex_contact(pair, 0, false, m);
-  if (by_shape || m.count == 0) return contact;
-  contact.is_deep = nearest_separation(m) < -shape.inner();
-  contact.is_doubtful = contact.is_deep || (is_refused && nearest_separation(m) < -tolerance.axis);
+  if (!by_shape && m.count > 0) doubt(nearest_separation(m) - b.radius, is_refused, shape.inner(), tolerance, contact);
   return contact;
 }
 
 /// One point at the nearest edge or corner, or two at the ends of the part of the core that is over the triangle, each
 /// with the edge that clipped it.
-FATHOM_HD Manifold collide_round(const SurfaceTriangle& t, const auto& shape, float margin, const auto& around) {
-  Manifold m;
+FATHOM_HD TriangleContact collide_round(const SurfaceTriangle& t, const auto& shape, float margin, const auto& around) {
+  TriangleContact contact;
+  Manifold& m = contact.manifold;
   const RoundShape& round = shape.round();
   const Segment& core = round.core;
   const Hull::Plane plane{t.normal, t.offset};
@@ -196,26 +203,32 @@ FATHOM_HD Manifold collide_round(const SurfaceTriangle& t, const auto& shape, fl
   SegmentPair nearest{};
   float nearest_squared = 3e38f;
   int nearest_edge = 0;
+  bool at_corner = true;
+  constexpr float corner_handicap = 1e-6f;
   for (int k = 0; k < 3; ++k) {
     const SegmentPair pair = closest_points({t.corners[k], t.corners[(k + 1) % 3] - t.corners[k]}, core);
     const float squared = length_squared(pair.on_2 - pair.on_1);
-    if (squared < nearest_squared) nearest = pair, nearest_squared = squared, nearest_edge = k;
+    // Rounding hides which is nearer, a corner or a point on the edge beside it. From the corner, that edge rises.
+    const bool is_corner = pair.s <= 0 || pair.s >= 1;
+    const float handicap = is_corner == at_corner ? 1 : is_corner ? 1 - corner_handicap : 1 + corner_handicap;
+    if (squared < nearest_squared * handicap)
+      nearest = pair, nearest_squared = squared, nearest_edge = k, at_corner = is_corner;
   }
   const bool by_face =
       lowest_over < 3e38f && (lowest_over <= 0 || lowest_over * lowest_over <= nearest_squared * (1 + 1e-5f));
   if (!by_face) {
     const float gap = fathom::sqrt(nearest_squared);
-    if (gap > reach) return m;
+    if (gap > reach) return contact;
     const Vec3 axis = (1.0f / gap) * (nearest.on_2 - nearest.on_1);
     const unsigned tips =
         nearest.s <= 0 || nearest.s >= 1 ? 1u << (nearest_edge + (nearest.s > 0)) % 3 : tips_of_edge(nearest_edge);
     if (gap > tolerance.noise && may_push(t, axis, tips, around)) {
       m.normal = axis;
       add_round_point(m, nearest.on_1, 0, gap, round.radius, segment_feature(nearest.t, nearest_edge));
-      return m;
+      return contact;
     }
   }
-  if (over.empty()) return m;
+  if (over.empty()) return contact;
   m.normal = plane.normal;
   const bool one = length(core.along) * (over.hi - over.lo) <= tolerance.side;
   for (int i = 0; i < (one ? 1 : 2); ++i) {
@@ -226,14 +239,17 @@ FATHOM_HD Manifold collide_round(const SurfaceTriangle& t, const auto& shape, fl
     add_round_point(m, mul_add(point, -height, plane.normal), 0, height, round.radius,
                     segment_feature(at, (edge > 0 ? edge : 0) >> 1));
   }
-  return m;
+  if (m.count > 0) doubt(nearest_separation(m), !by_face, shape.inner(), tolerance, contact);
+  return contact;
 }
 
 /// An edge of a rounded hull, for `collide_round`.
 struct RoundEdge {
   RoundShape capsule;
+  float half_thickness;  ///< of the hull (m)
 
   FATHOM_HD const RoundShape& round() const { return capsule; }
+  FATHOM_HD float inner() const { return half_thickness; }
 };
 
 /// As `collide_rounded`.
@@ -254,18 +270,20 @@ FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const Axe
     return contact;
   }
   const EdgesAcross edges(b, -gap.normal);
-  Manifold corner;
+  TriangleContact corner;
   for (int k = 0; k < edges.count; ++k) {
     const int edge = edges.edges[k];
-    Manifold of_edge = collide_round(t, RoundEdge{edge_capsule(b, edge)}, margin, around);
-    for (int i = 0; i < of_edge.count; ++i) of_edge.points[i].feature += static_cast<std::uint32_t>(2 * edge);
-    if (k == 0 || nearest_separation(of_edge) < nearest_separation(corner)) corner = of_edge;
+    TriangleContact of_edge = collide_round(t, RoundEdge{edge_capsule(b, edge), shape.inner()}, margin, around);
+    Manifold& points = of_edge.manifold;
+    for (int i = 0; i < points.count; ++i) points.points[i].feature += static_cast<std::uint32_t>(2 * edge);
+    if (k == 0 || nearest_separation(points) < nearest_separation(corner.manifold)) corner = of_edge;
   }
-  if (m.count > 0 && miss_of(corner, gap.distance - b.radius) > miss_of(m, gap.distance)) {
+  const bool is_face = !is_at_corner(gap.distance, m, p.tolerance.axis);  // a face that is almost best is nearest
+  if (is_face && miss_of(corner.manifold, gap.distance - b.radius) > miss_of(m, gap.distance)) {
     round_off(m, 0, b.radius);
     return contact;
   }
-  return {corner};
+  return corner;
 }
 
 /// The contact where a triangle and the shape are nearer than `margin` (m); the normal points from the triangle to the
@@ -274,7 +292,7 @@ FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const Axe
 /// outward). The shape is one of `axes_of`, with hull() and rotation() in addition.
 FATHOM_HD TriangleContact collide_triangle(const SurfaceTriangle& triangle, const AxesOfTriangles<OneLane>& axes,
                                            const auto& shape, float margin, const auto& around) {
-  TriangleContact contact = shape.is_round() ? TriangleContact{collide_round(triangle, shape, margin, around)}
+  TriangleContact contact = shape.is_round() ? collide_round(triangle, shape, margin, around)
                                              : collide_polyhedron(triangle, axes, shape, margin, around);
   name_features(triangle, contact.manifold);
   return contact;
