@@ -93,15 +93,17 @@ bool FoundTriangles::any_eight_near(const Aabb& box, const Test& test) const {
 bool FoundTriangles::is_nearer_outside(Vec3 point, float depth, float tolerance) const {
   // The point is over or under the triangle, at most so far away; a little more for rounding.
   const Aabb near = grown({point, point}, 1.001f * max(depth, tolerance) + tolerance);
-  const float highest = max(tolerance, depth - tolerance);
-  return any_eight_near(near, [&](const EightTriangles& eight) {
-    const TriangleLanes<EightLanes> t = make_lanes(eight);
-    const Eight height = dot(t.normals, fathom::eight(point)) - t.offsets;
-    EightInts under = (height <= fathom::eight(highest)) & (height > fathom::eight(tolerance - depth));
-    for (int k = 0; k < 3; ++k)
-      under = under & (dot(t.inward[k], fathom::eight(point) - t.corners[k]) >= fathom::eight(0.0f));
-    return (bits(under) & eight.present()) != 0;
+  Eight in_front = eight(3e38f), behind = eight(3e38f);  // squared distances
+  const bool is_nearer = any_eight_near(near, [&](const EightTriangles& triangles) {
+    const PointByTriangles<EightLanes> p(make_lanes(triangles), point);
+    const EightInts is_there = lane_numbers()<eight(triangles.count), is_front = p.heights> eight(0.0f);
+    in_front = select(is_there & is_front, min(p.squares, in_front), in_front);
+    behind = select(is_there & ~is_front, min(p.squares, behind), behind);
+    const EightInts under = p.over & (p.heights <= eight(tolerance)) & (p.heights > eight(tolerance - depth));
+    return bits(under & is_there) != 0;
   });
+  const auto least = [](Eight values) { return min_lane(values, lane_numbers()).value; };
+  return is_nearer || is_outside(least(in_front), least(behind), depth, tolerance);
 }
 
 }  // namespace fathom

@@ -72,16 +72,15 @@ struct TrianglesAround {
   FATHOM_HD bool is_nearer_outside(Vec3 point, float depth, float tolerance) const {
     // The point is over or under the triangle, at most so far away; a little more for rounding.
     const Aabb near = grown(Aabb{point, point}, 1.001f * max(depth, tolerance) + tolerance);
-    return surface.any_in(bounds(near, pose), [&](std::uint32_t number) {
-      const SurfaceTriangle t = triangle(number);
-      const float height = dot(t.normal, point) - t.offset;
-      if (!(height <= max(tolerance, depth - tolerance) && height > tolerance - depth)) return false;
-      for (int k = 0; k < 3; ++k) {
-        const Vec3 inward = cross(t.normal, t.corners[(k + 1) % 3] - t.corners[k]);
-        if (!(dot(inward, point - t.corners[k]) >= 0)) return false;
-      }
-      return true;
+    float in_front = 3e38f, behind = 3e38f;  // squared distances
+    const bool is_nearer = surface.any_in(bounds(near, pose), [&](std::uint32_t number) {
+      TriangleLanes<OneLane> t = begin_lane(triangle(number));
+      t.complete();
+      const PointByTriangles<OneLane> p(t, point);
+      (p.heights > 0 ? in_front : behind) = min(p.squares, p.heights > 0 ? in_front : behind);
+      return p.over && p.heights <= tolerance && p.heights > tolerance - depth;
     });
+    return is_nearer || is_outside(in_front, behind, depth, tolerance);
   }
 };
 

@@ -46,6 +46,37 @@ struct TriangleLanes {
   }
 };
 
+/// Where a point is relative to triangles: above their planes (m), over their insides, and its squared distances (m²).
+template <class Lanes>
+struct PointByTriangles {
+  typename Lanes::Real heights, squares;
+  typename Lanes::Mask over;
+
+  FATHOM_HD PointByTriangles(const TriangleLanes<Lanes>& t, Vec3 point) {
+    const typename Lanes::Vec at = Lanes::all(point);
+    const typename Lanes::Real zero = Lanes::all(0.0f), one = Lanes::all(1.0f);
+    heights = dot(t.normals, at) - t.offsets;
+    over = dot(t.inward[0], at - t.corners[0]) >= zero;
+    for (int k = 1; k < 3; ++k) over = Lanes::both(over, dot(t.inward[k], at - t.corners[k]) >= zero);
+    typename Lanes::Real from_edges = Lanes::all(3e38f);
+    for (int k = 0; k < 3; ++k) {
+      const typename Lanes::Vec way = at - t.corners[k];
+      const typename Lanes::Real s = max(zero, min(one, dot(way, t.along[k]) / t.squared_lengths[k]));
+      from_edges = min(from_edges, length_squared(way - s * t.along[k]));
+    }
+    squares = Lanes::select(over, heights * heights, from_edges);
+  }
+};
+
+/// Whether a point `depth` (m) behind a triangle, whose squared distances (m²) from the nearest triangles that it is in
+/// front of and behind are given, is outside: the nearest one decides. Both are equal at a common edge, which then is
+/// convex.
+FATHOM_HD bool is_outside(float in_front, float behind, float depth, float tolerance) {
+  constexpr float same = 1.0001f;
+  const float least = depth - tolerance;
+  return least > 0 && in_front <= same * behind && in_front < least * least;
+}
+
 /// The lowest heights of a polyhedron's vertices along directions.
 template <class Lanes>
 FATHOM_HD typename Lanes::Real lowest_along(const HullView& shape, const typename Lanes::Vec& directions) {
@@ -227,11 +258,17 @@ struct OneLane {
   FATHOM_HD static Vec3 negated_where(bool m, Vec3 v) { return m ? -v : v; }
 };
 
-FATHOM_HD AxesOfTriangles<OneLane> axes_of(const SurfaceTriangle& triangle, const auto& shape, float margin,
-                                           const Vec3* pushed, int pushes) {
+/// Corners and planes only (`complete`).
+FATHOM_HD TriangleLanes<OneLane> begin_lane(const SurfaceTriangle& triangle) {
   TriangleLanes<OneLane> t;
   for (int k = 0; k < 3; ++k) t.corners[k] = triangle.corners[k];
   t.normals = triangle.normal, t.offsets = triangle.offset;
+  return t;
+}
+
+FATHOM_HD AxesOfTriangles<OneLane> axes_of(const SurfaceTriangle& triangle, const auto& shape, float margin,
+                                           const Vec3* pushed, int pushes) {
+  TriangleLanes<OneLane> t = begin_lane(triangle);
   return axes_of(t, true, shape, margin, pushed, pushes);
 }
 
