@@ -96,7 +96,8 @@ bool FoundTriangles::is_nearer_outside(Vec3 point, float depth, float tolerance)
   Eight in_front = eight(3e38f), behind = eight(3e38f);  // squared distances
   const bool is_nearer = any_eight_near(near, [&](const EightTriangles& triangles) {
     const PointByTriangles<EightLanes> p(make_lanes(triangles), point);
-    const EightInts is_there = lane_numbers()<eight(triangles.count), is_front = p.heights> eight(0.0f);
+    const EightInts is_there = lane_numbers() < eight(triangles.count);
+    const EightInts is_front = p.heights > eight(0.0f);
     in_front = select(is_there & is_front, min(p.squares, in_front), in_front);
     behind = select(is_there & ~is_front, min(p.squares, behind), behind);
     const EightInts under = p.over & (p.heights <= eight(tolerance)) & (p.heights > eight(tolerance - depth));
