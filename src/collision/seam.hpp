@@ -176,10 +176,13 @@ FATHOM_HD Vec3 pulled_inside(const Geometry& g, Vec3 point) {
 }
 
 /// Calls act(point) for the manifold's points on A until it returns true; returns whether it did. Skips points beside
-/// which A itself rises by more than `gap` (m): they lie under B's face beside the touched feature.
+/// which A itself rises by more than `gap` (m): they lie under B's face beside the touched feature. If that is so of
+/// all, because B's face ends before it, the outermost count.
 template <class Act>
 FATHOM_HD bool any_outermost(const Geometry& a, const Manifold& m, float gap, const Act& act) {
-  const float farthest = dot(m.normal, support(a, m.normal)) - gap;
+  float outermost = -3e38f;
+  for (int i = 0; i < m.count; ++i) outermost = max(outermost, dot(m.normal, pulled_inside(a, on_first(m, i))));
+  const float farthest = min(dot(m.normal, support(a, m.normal)), outermost) - gap;
   for (int i = 0; i < m.count; ++i)
     if (const Vec3 point = pulled_inside(a, on_first(m, i)); dot(m.normal, point) >= farthest && act(point))
       return true;
