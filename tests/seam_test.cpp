@@ -93,6 +93,14 @@ TEST(Seam, NormalsOfARidgeCount) {
   EXPECT_FALSE(counts(ridge, at({1, 0, 0.5f}, normalize(Vec3{2, 0, 1})))) << "steeper than the slope";
 }
 
+/// A face of the body lies on the edge, but for a degree, and ends before the corner, where the tile is higher.
+TEST(Seam, AnEdgeHoldsAFaceThatEndsBeforeItsHighestPoint) {
+  const Manifold m = at({1, 0, 0.5f}, normalize(Vec3{0.6f, 0.02f, 0.8f}));
+  EXPECT_TRUE(counts({{beside(tile, {5, 5, 0})}}, m));
+  EXPECT_TRUE(counts({{beside(tile, {0, -2, 0})}}, m));
+  EXPECT_FALSE(counts({{beside(tile, {2, 0, 0})}}, m)) << "hidden by the tile beside it";
+}
+
 TEST(Seam, WhatIsHiddenMakesWayForTheFaceThatCanBeSeen) {
   const Beside level{{beside(tile, {2, 0, 0})}};
   const Geometry cube = geometry(box({0.2f, 0.2f, 0.2f}));
