@@ -1,6 +1,5 @@
 // The indices over thousands of found triangles, against looking at each of them.
 #include "terrain/found_triangles.hpp"
-#include "terrain/triangle_axes-inl.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "random.hpp"
+#include "terrain/triangle_axes-inl.hpp"
 #include "test_surfaces.hpp"
 
 namespace fathom::found_triangles_test {
