@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "dynamics/rotation.hpp"
 #include "geometry/separation.hpp"
 #include "random.hpp"
 #include "shape_fixture.hpp"
@@ -44,6 +45,20 @@ double distance(const SurfaceTriangle& t, const Geometry& shape, Quat rotation, 
   return separation(PlacedShape(triangle, {}), PlacedShape(shape, {position, 0, rotation})).distance;
 }
 
+/// Of the vertices of a shape's core from its centre.
+float reach_of_core(const TurnedShape& shape) {
+  if (shape.is_round()) return max(length(shape.round().core.from), length(end_of(shape.round().core)));
+  float reach = 0;
+  for (int i = 0; i < shape.turned().vertex_count; ++i) reach = max(reach, length(shape.turned().vertices[i]));
+  return reach;
+}
+
+TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin) {
+  TriangleAxes axes = face_axes_of(triangles, shape, margin, {});
+  add_edge_axes(triangles, shape, margin, axes);
+  return axes;
+}
+
 bool same_lane(const TriangleAxes& a, int i, const TriangleAxes& b, int j) {
   return a.of_normal[i] == b.of_normal[j] && a.of_face[i] == b.of_face[j] && a.face[i] == b.face[j] &&
          a.edge[i] == b.edge[j] && a.edge_of_shape[i] == b.edge_of_shape[j];
@@ -58,7 +73,7 @@ TEST(TriangleAxes, KeepEveryTriangleThatIsNearAndFewOthers) {
       const TurnedShape turned(g, test::any_rotation(random));
       const float margin = uniform(random, 0, 0.1f);
       const EightTriangles triangles = any_triangles(random, 1 + static_cast<int>(random() % 8));
-      const TriangleAxes axes = axes_of(triangles, turned, margin, {});
+      const TriangleAxes axes = axes_of(triangles, turned, margin);
       ASSERT_EQ(axes.near & ~triangles.present(), 0u);
       for (int i = 0; i < triangles.count; ++i) {
         const SurfaceTriangle t = triangles.at(i);
@@ -90,11 +105,11 @@ TEST(TriangleAxes, ATriangleDoesNotFeelThoseBesideIt) {
     for (int run = 0; run < 200; ++run) {
       const TurnedShape turned(g, test::any_rotation(random));
       const EightTriangles together = any_triangles(random, 8);
-      const TriangleAxes axes = axes_of(together, turned, 0.05f, {});
+      const TriangleAxes axes = axes_of(together, turned, 0.05f);
       for (int i = 0; i < 8; ++i) {
         EightTriangles alone;
         alone.add(together.at(i));
-        const TriangleAxes of_one = axes_of(alone, turned, 0.05f, {});
+        const TriangleAxes of_one = axes_of(alone, turned, 0.05f);
         ASSERT_EQ(axes.near >> i & 1, of_one.near);
         if (of_one.near && !turned.is_round()) {
           ASSERT_TRUE(same_lane(axes, i, of_one, 0));
@@ -111,19 +126,23 @@ TEST(TrianglesAhead, AreAllThatAShapeMeetsOnItsWayAndFewOthers) {
     const Geometry g = geometry(shape);
     for (int run = 0; run < 300; ++run) {
       const TurnedShape turned(g, test::any_rotation(random));
-      const Vec3 way = uniform(random, 0, 1) * test::in_cube(random);
-      const float around = uniform(random, 0, 0.1f);
+      const Vec3 way = uniform(random, 0, 1) * test::in_cube(random), turn = 0.25f * test::in_cube(random);
+      const float skin = uniform(random, 0, 0.1f);
       const EightTriangles triangles = any_triangles(random, 8);
-      const unsigned met = met_on_way(triangles, turned, way, around);
+      ShapeOnWay on_way;
+      on_way.set(turned, {way, turn, 0.5f * length_squared(turn) * reach_of_core(turned)});
+      const unsigned met = met_on_way(triangles, on_way, skin);
       for (int i = 0; i < 8; ++i) {
         double nearest = 1e9;
-        for (int at = 0; at <= 16; ++at)
-          nearest = std::min(nearest,
-                             distance(triangles.at(i), g, turned.rotation(), 0.0625f * static_cast<float>(at) * way));
-        if (nearest < to_double(around) - 1e-5) {
+        for (int at = 0; at <= 16; ++at) {
+          const float part = 0.0625f * static_cast<float>(at);
+          nearest = std::min(
+              nearest, distance(triangles.at(i), g, fathom::turned(turned.rotation(), part * turn), part * way));
+        }
+        if (nearest < to_double(skin) - 1e-5) {
           ASSERT_TRUE(met >> i & 1) << "comes as near as " << nearest << " m";
         }
-        if (nearest > to_double(around) + 0.1) ++passed, kept += met >> i & 1;
+        if (nearest > to_double(skin) + 0.1) ++passed, kept += met >> i & 1;
       }
     }
   }

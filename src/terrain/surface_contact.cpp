@@ -68,7 +68,7 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
                      std::span<const SurfacePush> pushes, SurfaceScratch& scratch, SurfaceContact& contact,
                      Vec3 centre) {
-  auto& [triangles, eights, index, pushed, shape, touches, doubtful] = scratch;
+  auto& [triangles, eights, index, pushed, shape, on_way, touches, doubtful] = scratch;
   contact.count = 0;
   if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
   shape.turn(b, b_in_a.rotation);
@@ -76,18 +76,25 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
   touches.clear(), doubtful.clear(), pushed.clear();
   for (const SurfacePush& push : pushes) pushed.push_back(push.normal);
   const bool has_materials = !surface.materials().empty();
+  GatheredTriangles gathered;
+  const auto add_touch = [&](const SurfaceTriangle& triangle, const AxesOfTriangles<OneLane>& axes, std::uint32_t number) {
+    const auto [m, is_doubtful, is_deep] = collide_triangle(triangle, axes, shape, margin, found);
+    if (m.count == 0) return;
+    const std::uint32_t material = has_materials ? surface.material_of(number) : 0;
+    (is_doubtful ? doubtful : touches)
+        .push_back({m, nearest_separation(m), is_deep, static_cast<std::uint8_t>(material), 0});
+  };
   for (std::size_t e = 0; e < eights.size(); ++e) {
-    const EightTriangles& eight = eights[e];
-    const TriangleAxes axes = axes_of(eight, shape, margin, pushed);
+    const TriangleAxes axes = face_axes_of(eights[e], shape, margin, pushed);
     for (unsigned near = axes.near; near != 0; near &= near - 1) {
       const int lane = lowest_bit(near);
-      const auto [m, is_doubtful, is_deep] = collide_triangle(eight.at(lane), axes.at(lane), shape, margin, found);
-      if (m.count == 0) continue;
-      const std::uint32_t material = has_materials ? surface.material_of(triangles[8 * e + lane]) : 0;
-      (is_doubtful ? doubtful : touches)
-          .push_back({m, nearest_separation(m), is_deep, static_cast<std::uint8_t>(material), 0});
+      gathered.add(eights[e], axes, lane, triangles[8 * e + static_cast<std::size_t>(lane)]);
+      if (!gathered.is_full()) continue;
+      gathered.for_each_near(shape, margin, add_touch);
+      gathered.clear();
     }
   }
+  gathered.for_each_near(shape, margin, add_touch);
   const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
   add_doubtful(touches, doubtful, found, tolerance.side);
   if (touches.empty()) return;

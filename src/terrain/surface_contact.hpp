@@ -9,6 +9,7 @@
 
 #include "terrain/found_triangles.hpp"
 #include "terrain/surface_patch.hpp"
+#include "terrain/triangles_ahead.hpp"
 #include "terrain/turned_shape.hpp"
 
 namespace fathom {
@@ -27,6 +28,7 @@ struct SurfaceScratch {
   FoundIndex index;                      ///< of eights
   std::vector<Vec3> pushed;              ///< normals of pushes
   TurnedShape shape;                     ///< the convex shape
+  ShapeOnWay on_way;                     ///< the same and its motion within the step
   std::vector<Touch> touches, doubtful;  ///< doubtful: see `TriangleContact::is_doubtful`
 };
 

@@ -198,43 +198,45 @@ FATHOM_HD typename Lanes::Real allowed_behind(const TriangleLanes<Lanes>& t, con
   return allowed;
 }
 
-/// The search for the triangles `present`, of which corners and planes are set.
+/// The first part of the search, for the triangles `present`, of which corners and planes are set: all axes but those
+/// across two edges; for a round shape all axes.
 ///
 /// A triangle is not near if the shape's centre is behind its front by more than half the shape's inner radius. The
 /// shape then counts as coming from behind, as it may if the surface is open. A shape that the surface already pushes
 /// along one of `pushed` (unit) came from the front and may penetrate by its whole size. `margin` in m.
 template <class Lanes, class Shape>
-FATHOM_HD AxesOfTriangles<Lanes> axes_of(TriangleLanes<Lanes>& t, typename Lanes::Mask present, const Shape& shape,
-                                         float margin, const Vec3* pushed, int pushes) {
-  using Number = typename Lanes::Real;
-  using Test = typename Lanes::Mask;
+FATHOM_HD AxesOfTriangles<Lanes> face_axes_of(TriangleLanes<Lanes>& t, typename Lanes::Mask present,
+                                              const Shape& shape, float margin, const Vec3* pushed, int pushes) {
   AxesOfTriangles<Lanes> axes{};
-  Test near = Lanes::both(present, t.offsets <= allowed_behind(t, shape, pushed, pushes));
+  axes.near = Lanes::both(present, t.offsets <= allowed_behind(t, shape, pushed, pushes));
   if (shape.is_round()) {
-    axes.near = near_of_round(t, shape.round(), margin, near);
+    axes.near = near_of_round(t, shape.round(), margin, axes.near);
     return axes;
   }
   margin += shape.turned().radius;
   axes.of_normal = lowest_along<Lanes>(shape.turned(), t.normals) - t.offsets;
-  near = Lanes::both(near, axes.of_normal <= Lanes::all(margin));
-  axes.near = near;
-  if (!Lanes::any(near)) return axes;
-
-  t.complete();
+  axes.near = Lanes::both(axes.near, axes.of_normal <= Lanes::all(margin));
+  if (!Lanes::any(axes.near)) return axes;
   const FacesOfTriangles<Lanes> faces = best_faces(shape.turned(), t);
   axes.of_face = faces.separations, axes.face = faces.faces;
-  near = Lanes::both(near, faces.separations <= Lanes::all(margin));
+  axes.near = Lanes::both(axes.near, faces.separations <= Lanes::all(margin));
+  return axes;
+}
+
+/// The rest of the search, for a box or a hull.
+template <class Lanes, class Shape>
+FATHOM_HD void add_edge_axes(TriangleLanes<Lanes>& t, const Shape& shape, float margin, AxesOfTriangles<Lanes>& axes) {
+  using Number = typename Lanes::Real;
+  t.complete();
+  margin += shape.turned().radius;
   // As `make_tolerance`.
   const Number reach = t.reach + Lanes::all(shape.outer());
   const Number tolerance =
       min(Lanes::all(max_axis_tolerance), Lanes::all(axis_tolerance_share) * min(t.reach, Lanes::all(shape.inner()))) +
       Lanes::all(axis_rounding) * reach;
-  EdgesOfTriangles<Lanes> edges{max(axes.of_normal, faces.separations) + tolerance, Lanes::all(-1), Lanes::all(-1)};
-  if (Lanes::any(near))
-    near = find_edges(t, shape, Lanes::all(separation_rounding) * reach, Lanes::all(margin), near, edges);
-  axes.near = near;
+  EdgesOfTriangles<Lanes> edges{max(axes.of_normal, axes.of_face) + tolerance, Lanes::all(-1), Lanes::all(-1)};
+  axes.near = find_edges(t, shape, Lanes::all(separation_rounding) * reach, Lanes::all(margin), axes.near, edges);
   axes.edge = edges.of_triangle, axes.edge_of_shape = edges.of_shape;
-  return axes;
 }
 
 /// One triangle.
@@ -269,7 +271,9 @@ FATHOM_HD TriangleLanes<OneLane> begin_lane(const SurfaceTriangle& triangle) {
 FATHOM_HD AxesOfTriangles<OneLane> axes_of(const SurfaceTriangle& triangle, const auto& shape, float margin,
                                            const Vec3* pushed, int pushes) {
   TriangleLanes<OneLane> t = begin_lane(triangle);
-  return axes_of(t, true, shape, margin, pushed, pushes);
+  AxesOfTriangles<OneLane> axes = face_axes_of(t, true, shape, margin, pushed, pushes);
+  if (axes.near && !shape.is_round()) add_edge_axes(t, shape, margin, axes);
+  return axes;
 }
 
 }  // namespace fathom

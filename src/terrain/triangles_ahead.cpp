@@ -5,36 +5,54 @@
 namespace fathom {
 namespace {
 
-/// By how much the path reduces the separation along the axes.
-Eight shortened(const EightVec3& axes, const EightVec3& way) { return min(dot(axes, way), eight(0.0f)); }
-
-/// Of the shape's core.
-Eight lowest_along(const TurnedShape& shape, const EightVec3& directions) {
-  if (!shape.is_round()) return lowest_along<EightLanes>(shape.turned(), directions);
-  const Segment& core = shape.round().core;
-  return min(dot(directions, eight(core.from)), dot(directions, eight(end_of(core))));
+Eight lowest_along(std::span<const Vec3> points, const EightVec3& directions) {
+  Eight lowest = dot(directions, eight(points[0]));
+  for (const Vec3 point : points.subspan(1)) lowest = min(dot(directions, eight(point)), lowest);
+  return lowest;
 }
 
 }  // namespace
 
-unsigned met_on_way(const EightTriangles& triangles, const TurnedShape& shape, Vec3 way, float around) {
+void ShapeOnWay::set(const TurnedShape& shape, const ShapeMotion& motion) {
+  shape_ = &shape;
+  points_.clear(), reaches_.clear();
+  const auto add = [&](Vec3 vertex) {
+    points_.push_back(vertex);
+    points_.push_back(vertex + motion.way + cross(motion.turn, vertex));
+  };
+  around_ = motion.beside;
+  if (shape.is_round()) {
+    add(shape.round().core.from), add(end_of(shape.round().core));
+    around_ += shape.round().radius;
+    return;
+  }
+  const HullView& hull = shape.turned();
+  around_ += hull.radius;
+  for (int i = 0; i < hull.vertex_count; ++i) add(hull.vertices[i]);
+  for (int f = 0; f < hull.face_count; ++f) {
+    float reach = hull.planes[f].offset;
+    for (std::size_t i = 1; i < points_.size(); i += 2) reach = max(reach, dot(hull.planes[f].normal, points_[i]));
+    reaches_.push_back(reach);
+  }
+}
+
+unsigned met_on_way(const EightTriangles& triangles, const ShapeOnWay& path, float skin) {
+  const TurnedShape& shape = path.shape();
   const TriangleLanes<EightLanes> t = make_lanes(triangles);
-  const EightVec3 ways = eight(way);
-  const float radius = shape.is_round() ? shape.round().radius : shape.turned().radius;
-  const Eight reach = eight(around + radius) + eight(separation_rounding) * (t.reach + eight(shape.outer()));
-  const EightVec3& normals = t.normals;
+  const Eight reach = eight(skin + path.around()) + eight(separation_rounding) * (t.reach + eight(shape.outer()));
   EightInts met = (lane_numbers() < eight(triangles.count)) &
-                  (lowest_along(shape, normals) - t.offsets + shortened(normals, ways) <= reach);
+                  (lowest_along(path.points(), t.normals) - t.offsets <= reach);
   for (int k = 0; k < 3 && bits(met) != 0; ++k) {
     const EightVec3 outward = eight(-1.0f) * t.inward[k];
-    const Eight separation = lowest_along(shape, outward) - dot(outward, t.corners[k]);
-    met = met & (separation + shortened(outward, ways) <= reach * sqrt(t.squared_lengths[k]));
+    met = met & (lowest_along(path.points(), outward) - dot(outward, t.corners[k]) <=
+                 reach * sqrt(t.squared_lengths[k]));
   }
   if (shape.is_round()) return bits(met);
   const HullView& hull = shape.turned();
   for (int f = 0; f < hull.face_count && bits(met) != 0; ++f) {
-    const Eight shortening = eight(min(-dot(hull.planes[f].normal, way), 0.0f));
-    met = met & (separation_from_face(hull, f, t) + shortening <= reach);
+    const EightVec3 n = eight(hull.planes[f].normal);
+    const Eight lowest = min(dot(n, t.corners[0]), min(dot(n, t.corners[1]), dot(n, t.corners[2])));
+    met = met & (lowest - eight(path.reach_of_face(f)) <= reach);
   }
   return bits(met);
 }
