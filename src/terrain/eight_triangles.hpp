@@ -15,6 +15,17 @@ struct EightTriangles {
   alignas(32) std::uint32_t names[3][8] = {};
   int count = 0;
 
+  /// A triangle in the surface's frame; `complete` follows when all are there.
+  void add(const Triangle& t) {
+    for (int k = 0; k < 3; ++k) {
+      corners[k].x[count] = t.corners[k].x, corners[k].y[count] = t.corners[k].y, corners[k].z[count] = t.corners[k].z;
+      names[k][count] = t.vertices[k];
+    }
+    ++count;
+  }
+  /// As `SurfaceTriangle`, to the bit.
+  void complete(Vec3 origin);
+
   void add(const SurfaceTriangle& t) {
     for (int k = 0; k < 3; ++k) {
       corners[k].x[count] = t.corners[k].x, corners[k].y[count] = t.corners[k].y, corners[k].z[count] = t.corners[k].z;

@@ -102,10 +102,27 @@ void MeshBuilder::make_tree() {
   mesh_.indices_.reserve(given_.size());
   for (const std::uint32_t t : order)
     for (std::size_t k = 0; k < 3; ++k) mesh_.indices_.push_back(given_[3 * std::size_t{t} + k]);
+  sort_vertices();
   mesh_.material_numbers_.reserve(numbers_.size());
   for (const std::uint32_t t : order)
     if (!numbers_.empty()) mesh_.material_numbers_.push_back(numbers_[t]);
   mesh_.bounds_ = {mesh_.nodes_[0].lower, mesh_.nodes_[0].upper};
+}
+
+// In the order in which the triangles use them: a search then finds the vertices of neighbours in the same cache lines.
+void MeshBuilder::sort_vertices() {
+  constexpr std::uint32_t none = 0xffffffffu;
+  std::vector<std::uint32_t> number(mesh_.vertices_.size(), none);
+  std::vector<Vec3> sorted;
+  sorted.reserve(number.size());
+  for (std::uint32_t& index : mesh_.indices_) {
+    if (number[index] == none) {
+      number[index] = static_cast<std::uint32_t>(sorted.size());
+      sorted.push_back(mesh_.vertices_[index]);
+    }
+    index = number[index];
+  }
+  mesh_.vertices_ = std::move(sorted);
 }
 
 }  // namespace fathom

@@ -17,6 +17,7 @@ class MeshBuilder {
   void join_vertices(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices,
                      std::span<const std::uint8_t> numbers);
   void make_tree();
+  void sort_vertices();
 
   TriangleMesh& mesh_;
   // Of the triangles with an area: vertices, three each, and materials, if there are any.

@@ -60,8 +60,9 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
   scratch.eights.clear();
   for (const std::uint32_t t : scratch.triangles) {
     if (scratch.eights.empty() || scratch.eights.back().count == 8) scratch.eights.emplace_back();
-    scratch.eights.back().add({surface.triangle(t), origin});
+    scratch.eights.back().add(surface.triangle(t));
   }
+  for (EightTriangles& eight : scratch.eights) eight.complete(origin);
   return !scratch.triangles.empty();
 }
 
