@@ -39,6 +39,7 @@ struct FastPair {
   Pose pose_a, pose_b;
   Apart first;
   Children children{};
+  Aabb clear{{}, {-1, -1, -1}};  ///< m, in A's frame: no triangle of a surface A meets it; empty if that is unknown
 };
 
 /// Distance (m) that a contact's bodies, with `children` touching, may move relative to each other before its manifold

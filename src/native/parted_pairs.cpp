@@ -195,6 +195,9 @@ class PartedPair {
     narrow_phase_.fast.push_back({first_, c.a, c.b, pose_a(), pose_b(), {}, {0, child_b}});
   }
 
+  /// After a search that found no triangle: the piece watched last moves in that box, unless a load presses it.
+  void note_clear() { narrow_phase_.fast.back().clear = scratch_.surface.searched; }
+
   void touch_surface(const Piece& b, std::uint32_t child) {
     if (!may_collide(a_.filter, b.filter)) return;
     watch(child);
@@ -214,10 +217,11 @@ class PartedPair {
     } else {
       const float rest = min(margin_at_rest(surface.radius, body.radius, dt), slow_share * b.half);
       ahead = look_ahead(surface, body, b_in_a, near, rest, b.half, dt, scratch_.surface);
-      if (ahead.is_clear) return;
+      if (ahead.is_clear) return note_clear();
       collide_surface(a_.geometry.surface(), b.geometry, ahead.b_in_a, ahead.time >= 0 ? min(near, b.half) : rest,
                       pushes, scratch_.surface, found, centre);
     }
+    if (scratch_.surface.triangles.empty()) return note_clear();
     const Pose body_in_a = b.is_child ? ahead.b_in_a * inverse(b.pose) : ahead.b_in_a;
     const Piece of_surface = piece_of(a_, 0);
     for (int g = 0; g < found.count; ++g) {
@@ -397,9 +401,11 @@ bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   const Velocity& of_surface = state_.velocities[pair.a];
   Pose end = state_.poses[pair.b];
   const Pose begin_of_piece = pair.pose_b * b.pose, end_of_piece = end * b.pose;
-  const Vec3 moved = inverse_transform(state_.poses[pair.a], end_of_piece.position) -
-                     inverse_transform(pair.pose_a, begin_of_piece.position);
-  if (length_squared(moved) <= surface_creep * surface_creep * b.half * b.half) return false;
+  const Vec3 begin_in_a = inverse_transform(pair.pose_a, begin_of_piece.position);
+  const Vec3 end_in_a = inverse_transform(state_.poses[pair.a], end_of_piece.position);
+  if (length_squared(end_in_a - begin_in_a) <= surface_creep * surface_creep * b.half * b.half) return false;
+  const Aabb passed = grown({min(begin_in_a, end_in_a), max(begin_in_a, end_in_a)}, b.half);
+  if (contains(pair.clear, passed)) return false;
   Velocity v = state_.velocities[pair.b];
   const CentreWay way =
       centre_way({a.geometry, a.radius, pair.pose_a, of_surface}, {b.geometry, b.radius, begin_of_piece, v},

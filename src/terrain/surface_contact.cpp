@@ -55,6 +55,7 @@ int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surfa
 }  // namespace
 
 bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, SurfaceScratch& scratch) {
+  scratch.searched = box;
   scratch.triangles.clear();
   surface.find(box, scratch.triangles);
   scratch.eights.clear();
@@ -69,7 +70,7 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
                      std::span<const SurfacePush> pushes, SurfaceScratch& scratch, SurfaceContact& contact,
                      Vec3 centre) {
-  auto& [triangles, eights, index, pushed, shape, on_way, touches, doubtful] = scratch;
+  auto& [searched, triangles, eights, index, pushed, shape, on_way, touches, doubtful] = scratch;
   contact.count = 0;
   if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
   shape.turn(b, b_in_a.rotation);

@@ -23,6 +23,7 @@ struct SurfaceScratch {
     std::uint8_t material;
     int group;
   };
+  Aabb searched;                         ///< m, the surface's frame
   std::vector<std::uint32_t> triangles;  ///< found by the search
   std::vector<EightTriangles> eights;    ///< the same triangles, relative to the shape's centre
   FoundIndex index;                      ///< of eights
