@@ -131,28 +131,21 @@ struct EdgesOfTriangles {
   typename Lanes::Int of_triangle, of_shape;
 };
 
-/// `find_edges` tries every pair.
-struct EveryPair {
-  FATHOM_HD bool may_cross(int, int, auto) const { return true; }
-};
-
 /// The normals of a triangle's edge are all directions across it that do not point into the triangle. The normals of a
 /// hull's edge form an arc of the Gauss map between its two faces' normals. Most pairs have no normal in common, which
-/// signs reveal before a square root is needed. `pairs.may_cross(e, k, near)`: whether the arc of the shape's edge e may
-/// contain a normal of edge k of any triangle `near`. Returns the triangles within the margin.
-template <class Lanes, class Shape, class Pairs>
+/// signs reveal before a square root is needed. Returns the triangles within the margin.
+template <class Lanes, class Shape>
 FATHOM_HD typename Lanes::Mask find_edges(const TriangleLanes<Lanes>& t, const Shape& shape, typename Lanes::Real noise,
-                                          typename Lanes::Real margin, typename Lanes::Mask near, const Pairs& pairs,
+                                          typename Lanes::Real margin, typename Lanes::Mask near,
                                           EdgesOfTriangles<Lanes>& best) {
   using Number = typename Lanes::Real;
   using Vec = typename Lanes::Vec;
   using Test = typename Lanes::Mask;
   const Number zero = Lanes::all(0.0f), one = Lanes::all(1.0f), shortest = Lanes::all(min_cross);
   for (int number = 0; number < shape.edge_count(); ++number) {
+    const EdgeArc arc = shape.edge(number);
+    const Vec along = Lanes::all(arc.along), left = Lanes::all(arc.of_left), right = Lanes::all(arc.of_right);
     for (int k = 0; k < 3; ++k) {
-      if (!pairs.may_cross(number, k, near)) continue;
-      const EdgeArc arc = shape.edge(number);
-      const Vec along = Lanes::all(arc.along), left = Lanes::all(arc.of_left), right = Lanes::all(arc.of_right);
       const Vec across = cross(t.along[k], along);
       const Vec axis = Lanes::negated_where(dot(across, t.inward[k]) > zero, across);
       // It points into the shape and lies between the normals of its edge's faces.
@@ -230,11 +223,11 @@ FATHOM_HD AxesOfTriangles<Lanes> face_axes_of(TriangleLanes<Lanes>& t, typename 
   return axes;
 }
 
-/// The rest of the search, for a box or a hull and complete triangles.
-template <class Lanes, class Shape, class Pairs>
-FATHOM_HD void add_edge_axes(const TriangleLanes<Lanes>& t, const Shape& shape, float margin, const Pairs& pairs,
-                             AxesOfTriangles<Lanes>& axes) {
+/// The rest of the search, for a box or a hull.
+template <class Lanes, class Shape>
+FATHOM_HD void add_edge_axes(TriangleLanes<Lanes>& t, const Shape& shape, float margin, AxesOfTriangles<Lanes>& axes) {
   using Number = typename Lanes::Real;
+  t.complete();
   margin += shape.turned().radius;
   // As `make_tolerance`.
   const Number reach = t.reach + Lanes::all(shape.outer());
@@ -242,7 +235,7 @@ FATHOM_HD void add_edge_axes(const TriangleLanes<Lanes>& t, const Shape& shape, 
       min(Lanes::all(max_axis_tolerance), Lanes::all(axis_tolerance_share) * min(t.reach, Lanes::all(shape.inner()))) +
       Lanes::all(axis_rounding) * reach;
   EdgesOfTriangles<Lanes> edges{max(axes.of_normal, axes.of_face) + tolerance, Lanes::all(-1), Lanes::all(-1)};
-  axes.near = find_edges(t, shape, Lanes::all(separation_rounding) * reach, Lanes::all(margin), axes.near, pairs, edges);
+  axes.near = find_edges(t, shape, Lanes::all(separation_rounding) * reach, Lanes::all(margin), axes.near, edges);
   axes.edge = edges.of_triangle, axes.edge_of_shape = edges.of_shape;
 }
 
@@ -279,9 +272,7 @@ FATHOM_HD AxesOfTriangles<OneLane> axes_of(const SurfaceTriangle& triangle, cons
                                            const Vec3* pushed, int pushes) {
   TriangleLanes<OneLane> t = begin_lane(triangle);
   AxesOfTriangles<OneLane> axes = face_axes_of(t, true, shape, margin, pushed, pushes);
-  if (!axes.near || shape.is_round()) return axes;
-  t.complete();
-  add_edge_axes(t, shape, margin, EveryPair{}, axes);
+  if (axes.near && !shape.is_round()) add_edge_axes(t, shape, margin, axes);
   return axes;
 }
 

@@ -8,7 +8,7 @@ namespace fathom {
 void TurnedShape::turn(const Geometry& shape, Quat rotation) {
   rotation_ = rotation;
   round_ = {{}, 0};
-  vertices_.clear(), planes_.clear(), tilts_.clear();
+  vertices_.clear(), planes_.clear(), edges_.clear();
   if (fathom::is_round(shape)) {
     round_ = transform({{}, 0, rotation}, round_shape(shape));
     inner_ = round_.radius;
@@ -30,13 +30,10 @@ void TurnedShape::turn(const Geometry& shape, Quat rotation) {
   turned_.vertex_eights = turned_.plane_eights = nullptr;
 }
 
-float TurnedShape::tilt(int i) const {
-  if (tilts_.empty())
-    for (int e = 0; e < edge_count(); ++e) {
-      const EdgeView edge = edge_view(turned_, e);
-      tilts_.push_back(max(abs(dot(edge.along, edge.left)), abs(dot(edge.along, edge.right))) / length(edge.along));
-    }
-  return tilts_[static_cast<std::size_t>(i)];
+const EdgeArc& TurnedShape::edge(int i) const {
+  if (edges_.empty())
+    for (int e = 0; e < edge_count(); ++e) edges_.push_back(edge_arc(turned_, e));
+  return edges_[static_cast<std::size_t>(i)];
 }
 
 }  // namespace fathom

@@ -25,9 +25,7 @@ class TurnedShape {
   const HullView& turned() const { return turned_; }
   /// Edges of a box or a hull, rotated.
   int edge_count() const { return turned_.edge_count / 2; }
-  EdgeArc edge(int i) const { return edge_arc(turned_, i); }
-  /// Sine of the angle between edge i and the planes of its faces: rounding and nearly flat faces that were merged.
-  float tilt(int i) const;
+  const EdgeArc& edge(int i) const;
   Quat rotation() const { return rotation_; }
   float inner() const { return inner_; }  ///< m, half the smallest thickness
   float outer() const { return outer_; }  ///< m, largest coordinate
@@ -39,7 +37,7 @@ class TurnedShape {
   HullView hull_, turned_;
   std::vector<Vec3> vertices_;
   std::vector<Hull::Plane> planes_;
-  mutable std::vector<float> tilts_;  // built on first use
+  mutable std::vector<EdgeArc> edges_;  // built on first use
   float inner_ = 0, outer_ = 0;
 };
 
