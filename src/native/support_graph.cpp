@@ -43,6 +43,12 @@ void SupportGraph::clear_levels() {
   levelled_.clear();
 }
 
+void SupportGraph::clear() {
+  clear_structures();
+  clear_levels();
+  forget_levels();
+}
+
 void SupportGraph::restored(ByteReader& in, std::size_t slots) {
   in.require(levels_.size() <= slots && heaviest_.size() <= levels_.size());
   heaviest_.resize(levels_.size(), 0);
