@@ -1,6 +1,8 @@
 // Compounds: their mass, how they rest, roll, hit and are hit, and queries of them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fathom/compound.hpp>
 #include <set>
 #include <string>
@@ -305,6 +307,63 @@ TEST(Compound, HeapsComeToRestInTheirBin) {
     }
     EXPECT_LT(energy, 0.01) << seed;
     EXPECT_LT(deepest_overlap(heap), 0.01) << seed;
+  }
+}
+
+/// A U, an L, a table or an open crate of about this half size (m).
+Shape hollow(int kind, float s) {
+  if (kind == 0)
+    return compound(std::vector{child(box({0.2f * s, 0.2f * s, s}), {-0.6f * s, 0, 0}),
+                                child(box({0.6f * s, 0.2f * s, 0.2f * s}), {0, 0, -0.8f * s}),
+                                child(box({0.2f * s, 0.2f * s, s}), {0.6f * s, 0, 0})});
+  if (kind == 1)
+    return compound(std::vector{child(box({0.15f * s, 0.15f * s, s}), {-0.6f * s, 0, 0}),
+                                child(box({0.75f * s, 0.15f * s, 0.15f * s}), {0.15f * s, 0, -s})});
+  std::vector<ChildShape> children{child(box({s, 0.6f * s, 0.1f * s}), {0, 0, 0.5f * s})};
+  for (const float side : {-0.8f, 0.8f})
+    if (kind == 2) {
+      for (const float y : {-0.4f, 0.4f})
+        children.push_back(child(box({0.1f * s, 0.1f * s, 0.45f * s}), {side * s, y * s, 0}));
+    } else {
+      children.push_back(child(box({0.05f * s, 0.6f * s, 0.5f * s}), {side * s, 0, 0}));
+      children.push_back(child(box({s, 0.05f * s, 0.5f * s}), {0, 0.7f * side * s, 0}));
+    }
+  return compound(children);
+}
+
+// The walls' middles are far above what lies in their corners.
+TEST(Compound, HollowOnesStayInTheirBin) {
+  for (std::uint32_t seed = 0; seed < 60; ++seed) {
+    Generator random(seed);
+    WorldDef def = world_of();
+    def.dt = seed % 2 ? 1 / 60.0f : 1 / 30.0f;
+    World world(def);
+    world.add(fixed(box({1.8f, 1.8f, 0.4f}), {0, 0, -0.4f}));
+    for (const float side : {-1.4f, 1.4f}) {
+      world.add(fixed(box({0.4f, 1.8f, 2}), {side, 0, 1}));
+      world.add(fixed(box({1.8f, 0.4f, 2}), {0, side, 1}));
+    }
+    std::vector<BodyId> ids;
+    for (int i = 0; i < 20; ++i) {
+      const Shape shape = hollow(i % 4, uniform(random, 0.15f, 0.3f));
+      const float radius = shape.compound->outer_radius(), free = 1 - radius;
+      BodyDef body = dynamic(
+          shape, {uniform(random, -free, free), uniform(random, -free, free), radius + uniform(random, 0, 2.5f)});
+      body.mass = 1000 * shape.compound->volume() * (i % 3 ? 1 : std::pow(10.0f, uniform(random, -1, 1.3f)));
+      body.pose.rotation = any_rotation(random);
+      body.velocity.linear = uniform(random, 0, 4) * on_sphere(random);
+      ids.push_back(world.add(body));
+    }
+    const auto is_outside = [&](BodyId id) {
+      const Vec3 at = world.pose(id).position;
+      return at.z < -0.05f || (at.z < 3 && std::max(std::abs(at.x), std::abs(at.y)) > 1.05f);
+    };
+    int outside = 0;
+    for (int step = 0; step < 240; ++step) {
+      world.step();
+      outside = std::max(outside, static_cast<int>(std::ranges::count_if(ids, is_outside)));
+    }
+    EXPECT_EQ(outside, 0) << "seed " << seed;
   }
 }
 

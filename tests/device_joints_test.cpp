@@ -116,5 +116,28 @@ TEST(DeviceJoints, GoOnWhereMemoryRanOut) {
   EXPECT_GT(failures, 0);
 }
 
+// Trees of joints are gone when joints come that only sweeps solve, more than there ever were.
+TEST(DeviceJoints, SweepsSolveMoreThanThereWereInTrees) {
+  World world(on_device.quiet()), plain(JointWorlds{"native", SimulatorKind::native}.quiet());
+  for (World* const w : {&world, &plain}) {
+    w->add(ground());
+    std::vector<BodyId> boxes;
+    for (int i = 0; i < 50; ++i)
+      boxes.push_back(w->add(dynamic(box({0.2f, 0.2f, 0.2f}), {static_cast<float>(i), 0, 0.7f})));
+    const auto joint = [&](std::size_t i) { return ball_joint(boxes[i], boxes[i + 1], {0.5f, 0, 0}, {-0.5f, 0, 0}); };
+    for (std::size_t i = 0; i < 4; ++i) w->add_joint(joint(i));
+    run(*w, 3);
+    while (w->joint_count() > 0) w->remove_joint(w->joints().back());
+    run(*w, 3);
+    for (std::size_t i = 0; i < 400; ++i) {
+      JointDef spring = joint(i % 49);
+      spring.hertz = 3;
+      w->add_joint(spring);
+    }
+    run(*w, 30);
+  }
+  for (const BodyId id : world.bodies()) EXPECT_LT(length(world.pose(id).position - plain.pose(id).position), 1e-3f);
+}
+
 }  // namespace
 }  // namespace fathom::test::device_joints_test

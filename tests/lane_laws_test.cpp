@@ -391,6 +391,21 @@ constexpr auto all_passes = [](auto& row, auto& bodies, auto h) HWY_ATTR {
   sweep<2>(row, bodies, h);
 };
 
+// Rows without resistance share vectors with others, and brake not even a spin of a light body whose impulse has a
+// square that underflows.
+TEST_F(LaneLaws, RollingWithoutResistanceIsNothing) {
+  Contact row = contact(false);
+  row.rolling_length = 0, row.rolling = {};
+  Side light{};
+  light.angular = {1e-19f, -3e-20f, 2e-22f};
+  light.inverse_mass = 100, light.response = {1e5f, 1e5f, 1e5f, 0, 0, 0};
+  JointBodies<SymMat3> bodies{alone(Side{}), alone(light)};
+  const Vec3 before = bodies.b.angular;
+  roll(row, bodies);
+  EXPECT_EQ(row.rolling, Vec3{});
+  EXPECT_EQ(bodies.b.angular, before);
+}
+
 TEST_F(LaneLaws, BallJoints) {
   compare<fathom::BallJointRow<float>, BallJointRow<V>>([&] { return ball(); }, all_passes);
 }

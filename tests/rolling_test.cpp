@@ -128,6 +128,25 @@ TEST(Rolling, ResistanceCanBeChangedAndSaved) {
   EXPECT_NEAR(world.velocity(id).linear.x, left, 5e-3f);
 }
 
+// Contacts share vectors. One that has lost its resistance does not carry its last impulse on when another has some.
+TEST(Rolling, LostResistanceLeavesNothingBehind) {
+  std::vector<Velocity> velocities;
+  for (const float resistance_beside : {0.0f, 0.1f}) {
+    World world(quiet_world());
+    world.add(ground());
+    const BodyId id = world.add(ball(2, 0.1f));
+    BodyDef beside = ball(2, resistance_beside);
+    beside.pose.position.y = 20;
+    world.add(beside);
+    run(world, 30);
+    world.set_material(id, {});
+    run(world, 30);
+    velocities.push_back(world.velocity(id));
+  }
+  EXPECT_EQ(velocities[0].linear, velocities[1].linear);
+  EXPECT_EQ(velocities[0].angular, velocities[1].angular);
+}
+
 TEST(Rolling, ResistanceLeavesFlightAndBoxesAlone) {
   WorldDef def = quiet_world();
   World with(def), without(def);

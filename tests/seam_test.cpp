@@ -141,6 +141,22 @@ TEST(Seam, AWallHoldsWhatIsPressedIntoACorner) {
   }
 }
 
+// The end of a bar, which the next bar hides, is pressed into a wall whose middle is far above. The wall's lower end is
+// far below the bars' upper side: no way out.
+TEST(Seam, AWallTurnsNoChildOverItsFarEnd) {
+  const Geometry bar = geometry(box({0.06f, 0.02f, 0.02f})), wall = geometry(box({0.13f, 1, 1}));
+  const Beside next{{beside(box({0.02f, 0.02f, 0.02f}), {0.08f, 0, 0})}};
+  const Pose pose{.position = {0.18f, 0, 0.8f}};
+  Manifold end = at({0.06f, 0, 0.0199f}, {1, 0, 0});
+  end.points[0].separation = -0.012f;
+  SeamLengths of_bar = make_seam_lengths(0.13f, 1);
+  ASSERT_LT(nearest_separation(kept_at_seam(bar, wall, pose, 0.01f, 0.02f, next, of_bar, end).manifold), -0.2f);
+  of_bar.limit_depth(0.02f);
+  const SeamManifold kept = kept_at_seam(bar, wall, pose, 0.01f, 0.02f, next, of_bar, end);
+  EXPECT_EQ(kept.manifold.normal, end.normal);
+  EXPECT_EQ(nearest_separation(kept.manifold), -0.012f);
+}
+
 // --- in worlds ---------------------------------------------------------------------------------------------------
 
 BodyDef fixed(const Shape& shape, Vec3 position) {

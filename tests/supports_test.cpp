@@ -144,5 +144,31 @@ TEST(SupportsOnAPlatform, MoveAlong) {
   }
 }
 
+// Without weight nothing is held: what remains of the structures drifts as it is pushed.
+TEST(SupportsWithoutWeight, LetGo) {
+  for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device}) {
+    WorldDef def = quiet_world();
+    def.simulator = simulator, def.device = test_device();
+    World world(def);
+    world.add(ground());
+    std::vector<BodyId> kept, removed;
+    for (int i = 0; i < 40; ++i) (i % 2 ? kept : removed).push_back(world.add(cube({0, 0, 1 + static_cast<float>(i)})));
+    for (int i = 0; i < 8; ++i)
+      (i % 2 ? removed : kept)
+          .push_back(
+              world.add(dynamic(box({0.5f, 0.5f, 0.5f}), {3, 0, 1 + static_cast<float>(i)}, i < 7 ? 1.0f : 1000.0f)));
+    run(world, 20);
+    world.set_gravity({});
+    run(world, 2);
+    for (const BodyId id : removed) world.remove(id);
+    run(world, 10);
+    for (const BodyId id : kept) world.set_velocity(id, {0.5f, 0, 1}, {});
+    run(world, 60);
+    for (const BodyId id : kept) EXPECT_NEAR(world.velocity(id).linear.x, 0.5f, 1e-4f);
+    world.set_gravity({0, 0, -9.81f});
+    run(world, 60);
+  }
+}
+
 }  // namespace
 }  // namespace fathom::test::supports_test

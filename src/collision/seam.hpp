@@ -20,9 +20,14 @@ namespace fathom {
 
 /// Tolerances (m) of a seam.
 struct SeamLengths {
-  float gap;   ///< ignored gap between neighbours, or difference in height
-  float step;  ///< from a point to the positions around it that are tested for visibility
-  float edge;  ///< distance from an edge beyond which no seam is looked for
+  float gap;              ///< ignored gap between neighbours, or difference in height
+  float step;             ///< from a point to the positions around it that are tested for visibility
+  float edge;             ///< distance from an edge beyond which no seam is looked for
+  float deepest = 3e38f;  ///< depth up to which a face replaces a manifold that does not count
+
+  /// For a touched child of a body that can be pushed, twice `half` thick. B may be a wall, which reaches far under
+  /// faces of the child that its centre happens to be in front of; these are no way out.
+  FATHOM_HD void limit_depth(float half) { deepest = 2 * half; }
 };
 
 /// For a touching shape twice `half` thick (m), with coordinates of at most `extent`.
@@ -242,6 +247,7 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
     }
     if (face < 0) return {};
     last = highest, last_face = face;
+    if (highest < -lengths.deepest) return {};
     Manifold over;
     if (is_round_b) {
       round_face_contact(hull_a, face, round, round.radius + margin, over);

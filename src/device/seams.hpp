@@ -145,7 +145,9 @@ struct Seams {
   }
   FATHOM_HD SeamLengths lengths(std::uint32_t a, std::uint32_t b, const Pose& b_in_a) const {
     const BodyConstants &of_a = bodies.constants[a], &of_b = bodies.constants[b];
-    return make_seam_lengths(half_thickness(of_b), of_a.radius, of_b.radius, b_in_a, bodies.poses[a]);
+    SeamLengths l = make_seam_lengths(half_thickness(of_b), of_a.radius, of_b.radius, b_in_a, bodies.poses[a]);
+    if (of_a.is_dynamic()) l.limit_depth(half_thickness(of_a));
+    return l;
   }
   FATHOM_HD SeamManifold kept_of_first(std::uint32_t a, std::uint32_t b, const Pose& b_in_a, float margin,
                                        const Manifold& m) const {
@@ -153,7 +155,9 @@ struct Seams {
     const Geometry of_a = bodies.geometry(a), of_b = bodies.geometry(b);
     const SeamLengths l = lengths(a, b, b_in_a);
     if (!may_be_at_seam(of_a, m, l)) return {m};
-    const float half = half_thickness(bodies.constants[b]);
+    const BodyConstants& touched = bodies.constants[a];
+    const float half_b = half_thickness(bodies.constants[b]),
+                half = touched.is_dynamic() ? min(half_thickness(touched), half_b) : half_b;
     const PieceNeighbours<BodyArrays, ContactArrays> neighbours{bodies, contacts, a, b,
                                                                 grown(fathom::bounds(of_b, b_in_a), l.edge)};
     if (!neighbours.any([](const auto&) { return true; })) return {m};

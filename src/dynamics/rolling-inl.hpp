@@ -14,7 +14,8 @@ FATHOM_LANE_FUNCTION VecOf<L> solve_rolling(Bodies& bodies, L length, L load, Ve
   const L squared = dot(wanted, wanted);
   const L shrink =
       select(is_above(squared, limit * limit), limit / root(larger(squared, splat<L>(1e-30f))), splat<L>(1.0f));
-  const VecOf<L> now = scale(shrink, wanted);
+  // Without a limit nothing is braked, even where the square underflows: lanes without resistance share vectors.
+  const VecOf<L> now = scale(select(is_above(limit, zero), shrink, zero), wanted);
   twist_apart(bodies, now - old);
   return now;
 }

@@ -93,7 +93,10 @@ SeamManifold Seams::kept_of_first(const SeamSide& a, const SeamSide& b, const Po
   const bool is_fixed = may_have(a.slot), has_siblings = a.piece.is_child && !is_asked_about(a.slot, b.slot);
   if (!(is_fixed || has_siblings) || a.piece.geometry.is_surface()) return {m};
   const Pose body_pose = state.poses[a.slot], pose = a.piece.is_child ? body_pose * a.piece.pose : body_pose;
-  const SeamLengths lengths = make_seam_lengths(b.piece.half, a.piece.radius, b.piece.radius, b_in_a, pose);
+  const bool is_pushed = bodies[a.slot].motion == MotionType::dynamic;
+  const float half = is_pushed ? min(a.piece.half, b.piece.half) : b.piece.half;
+  SeamLengths lengths = make_seam_lengths(b.piece.half, a.piece.radius, b.piece.radius, b_in_a, pose);
+  if (is_pushed) lengths.limit_depth(a.piece.half);
   if (!may_be_at_seam(a.piece.geometry, m, lengths)) return {m};
 
   thread_local SeamNeighbours neighbours;
@@ -103,7 +106,7 @@ SeamManifold Seams::kept_of_first(const SeamSide& a, const SeamSide& b, const Po
     add_pieces(bodies[a.slot], inverse(a.piece.pose), box, b.piece.filter, b.piece.half, a.child, neighbours);
   if (is_fixed) add_fixed(a.slot, pose, b, box, neighbours);
   if (neighbours.empty()) return {m};
-  return kept_at_seam(a.piece.geometry, b.piece.geometry, b_in_a, margin, b.piece.half, neighbours, lengths, m);
+  return kept_at_seam(a.piece.geometry, b.piece.geometry, b_in_a, margin, half, neighbours, lengths, m);
 }
 
 Manifold Seams::kept_on_surface(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, const Manifold& m) const {

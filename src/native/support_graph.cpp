@@ -43,6 +43,12 @@ void SupportGraph::clear_levels() {
   levelled_.clear();
 }
 
+void SupportGraph::clear() {
+  clear_structures();
+  clear_levels();
+  forget_levels();
+}
+
 void SupportGraph::restored(ByteReader& in, std::size_t slots) {
   in.require(levels_.size() <= slots && heaviest_.size() <= levels_.size());
   heaviest_.resize(levels_.size(), 0);
@@ -66,7 +72,8 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
   };
   bool is_stale = has_changed || step % levels_last == 0;
   for (std::size_t i = 0; !is_stale && i < in_contact.size(); ++i) is_stale = is_new(in_contact[i]);
-  if (!is_stale && is_built_) return false;
+  // Without levels there is nothing to build, whether or not that was found since the last snapshot.
+  if (!is_stale && (is_built_ || levels_.empty())) return false;
   number(in_contact);
   list_contacts();
   if (is_stale) {

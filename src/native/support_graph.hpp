@@ -44,6 +44,8 @@ class SupportGraph {
   /// Finds structures among the bodies in contact; `stiffness` as for `sweep_load`. Returns true if they have changed.
   bool update(std::span<const std::uint32_t> in_contact, const Overloads& overloads, float stiffness,
               std::uint64_t step);
+  /// There are no structures; `update` finds them again.
+  void clear();
   /// Levels are found again in the next step.
   void forget_levels() { levelled_at_ = 0; }
   /// Suspends the search for new structures until this step, because all were collapsing.

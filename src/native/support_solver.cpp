@@ -30,9 +30,11 @@ float SupportSolver::stiffness() const {
 void SupportSolver::update(std::span<const std::uint32_t> in_contact, const ConstraintLayout& layout, bool has_moved,
                            std::uint64_t step) {
   overloads_.resize(state_.size());  // benchmarks fill a state without a simulator
-  const bool has_supports = stiffness() > 0;
-  const bool is_new = has_supports && support_graph_.update(in_contact, overloads_, stiffness(), step);
-  const bool any = has_supports && !support_graph_.empty();
+  const bool has_weight = stiffness() > 0;
+  // What was found under gravity is not valid without: bodies and contacts come and go.
+  if (!has_weight) support_graph_.clear();
+  const bool is_new = has_weight && support_graph_.update(in_contact, overloads_, stiffness(), step);
+  const bool any = !support_graph_.empty();
   if (any) {
     if (is_new || has_moved) {
       structures_.assign(support_graph_.structures().size(), {});
@@ -44,7 +46,6 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     find_bases();
   }
   overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; }, state_.velocities);
-  if (!has_supports) return;
   if (!any) {
     for (const std::uint32_t slot : held_slots_) held_[slot] = not_a_member;
     held_slots_.clear();
