@@ -140,7 +140,6 @@ TEST(Snapshot, FixedBodiesThatComeAndGoContinueBitForBit) {
   }
 }
 
-// The first step after restoring finds no room, when the device does not hold the previous step's events.
 // Nothing that is found anew on restoring changes what the step leaves, such as when it next looks for structures that
 // are overloaded.
 TEST(Snapshot, ACopyStaysEqualToTheLastByte) {
@@ -162,6 +161,7 @@ TEST(Snapshot, ACopyStaysEqualToTheLastByte) {
   }
 }
 
+// The first step after restoring finds no room, when the device does not hold the previous step's events.
 TEST(Snapshot, NeedsMoreRoomAtOnce) {
   Scene scene = pyramid(10);
   scene.world.simulator = SimulatorKind::device;
