@@ -136,8 +136,8 @@ TEST(TrianglesAhead, AreAllThatAShapeMeetsOnItsWayAndFewOthers) {
         double nearest = 1e9;
         for (int at = 0; at <= 16; ++at) {
           const float part = 0.0625f * static_cast<float>(at);
-          nearest = std::min(
-              nearest, distance(triangles.at(i), g, fathom::turned(turned.rotation(), part * turn), part * way));
+          nearest = std::min(nearest,
+                             distance(triangles.at(i), g, fathom::turned(turned.rotation(), part * turn), part * way));
         }
         if (nearest < to_double(skin) - 1e-5) {
           ASSERT_TRUE(met >> i & 1) << "comes as near as " << nearest << " m";

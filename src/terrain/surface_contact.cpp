@@ -79,7 +79,8 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
   for (const SurfacePush& push : pushes) pushed.push_back(push.normal);
   const bool has_materials = !surface.materials().empty();
   GatheredTriangles gathered;
-  const auto add_touch = [&](const SurfaceTriangle& triangle, const AxesOfTriangles<OneLane>& axes, std::uint32_t number) {
+  const auto add_touch = [&](const SurfaceTriangle& triangle, const AxesOfTriangles<OneLane>& axes,
+                             std::uint32_t number) {
     const auto [m, is_doubtful, is_deep] = collide_triangle(triangle, axes, shape, margin, found);
     if (m.count == 0) return;
     const std::uint32_t material = has_materials ? surface.material_of(number) : 0;

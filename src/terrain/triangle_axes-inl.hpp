@@ -205,8 +205,8 @@ FATHOM_HD typename Lanes::Real allowed_behind(const TriangleLanes<Lanes>& t, con
 /// shape then counts as coming from behind, as it may if the surface is open. A shape that the surface already pushes
 /// along one of `pushed` (unit) came from the front and may penetrate by its whole size. `margin` in m.
 template <class Lanes, class Shape>
-FATHOM_HD AxesOfTriangles<Lanes> face_axes_of(TriangleLanes<Lanes>& t, typename Lanes::Mask present,
-                                              const Shape& shape, float margin, const Vec3* pushed, int pushes) {
+FATHOM_HD AxesOfTriangles<Lanes> face_axes_of(TriangleLanes<Lanes>& t, typename Lanes::Mask present, const Shape& shape,
+                                              float margin, const Vec3* pushed, int pushes) {
   AxesOfTriangles<Lanes> axes{};
   axes.near = Lanes::both(present, t.offsets <= allowed_behind(t, shape, pushed, pushes));
   if (shape.is_round()) {

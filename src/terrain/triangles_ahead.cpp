@@ -36,23 +36,23 @@ void ShapeOnWay::set(const TurnedShape& shape, const ShapeMotion& motion) {
   }
 }
 
-unsigned met_on_way(const EightTriangles& triangles, const ShapeOnWay& path, float skin) {
-  const TurnedShape& shape = path.shape();
+unsigned met_on_way(const EightTriangles& triangles, const ShapeOnWay& moving, float skin) {
+  const TurnedShape& shape = moving.shape();
   const TriangleLanes<EightLanes> t = make_lanes(triangles);
-  const Eight reach = eight(skin + path.around()) + eight(separation_rounding) * (t.reach + eight(shape.outer()));
-  EightInts met = (lane_numbers() < eight(triangles.count)) &
-                  (lowest_along(path.points(), t.normals) - t.offsets <= reach);
+  const Eight reach = eight(skin + moving.around()) + eight(separation_rounding) * (t.reach + eight(shape.outer()));
+  EightInts met =
+      (lane_numbers() < eight(triangles.count)) & (lowest_along(moving.points(), t.normals) - t.offsets <= reach);
   for (int k = 0; k < 3 && bits(met) != 0; ++k) {
     const EightVec3 outward = eight(-1.0f) * t.inward[k];
-    met = met & (lowest_along(path.points(), outward) - dot(outward, t.corners[k]) <=
-                 reach * sqrt(t.squared_lengths[k]));
+    met = met &
+          (lowest_along(moving.points(), outward) - dot(outward, t.corners[k]) <= reach * sqrt(t.squared_lengths[k]));
   }
   if (shape.is_round()) return bits(met);
   const HullView& hull = shape.turned();
   for (int f = 0; f < hull.face_count && bits(met) != 0; ++f) {
     const EightVec3 n = eight(hull.planes[f].normal);
     const Eight lowest = min(dot(n, t.corners[0]), min(dot(n, t.corners[1]), dot(n, t.corners[2])));
-    met = met & (lowest - eight(path.reach_of_face(f)) <= reach);
+    met = met & (lowest - eight(moving.reach_of_face(f)) <= reach);
   }
   return bits(met);
 }

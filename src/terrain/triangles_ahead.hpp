@@ -1,4 +1,4 @@
-// Which triangles a shape may meet on its path.
+// Which triangles a shape may meet on its way.
 #pragma once
 
 #include <span>
@@ -39,6 +39,6 @@ class ShapeOnWay {
 
 /// A bit for each triangle to which the shape may come nearer than `skin` (m) on its way; the others have a fixed
 /// separating axis.
-unsigned met_on_way(const EightTriangles& triangles, const ShapeOnWay& path, float skin);
+unsigned met_on_way(const EightTriangles& triangles, const ShapeOnWay& moving, float skin);
 
 }  // namespace fathom
