@@ -150,6 +150,31 @@ TEST(TrianglesAhead, AreAllThatAShapeMeetsOnItsWayAndFewOthers) {
   EXPECT_LT(kept, passed / 5);
 }
 
+TEST(EightTriangles, AreToTheBitWhatEachIsAlone) {
+  Generator random(4);
+  for (int run = 0; run < 2000; ++run) {
+    const Vec3 origin = uniform(random, 0, 1000) * test::in_cube(random);
+    std::vector<Triangle> given(1 + random() % 8);
+    EightTriangles eight;
+    for (Triangle& t : given) {
+      t = any_triangle(random);
+      for (Vec3& corner : t.corners) corner += origin + test::in_cube(random);
+      eight.add(t);
+    }
+    eight.complete(origin);
+    ASSERT_EQ(eight.count, static_cast<int>(given.size()));
+    for (int i = 0; i < eight.count; ++i) {
+      const SurfaceTriangle seen = eight.at(i), alone(given[static_cast<std::size_t>(i)], origin);
+      for (int k = 0; k < 3; ++k) {
+        ASSERT_EQ(seen.corners[k], alone.corners[k]);
+        ASSERT_EQ(seen.names[k], alone.names[k]);
+      }
+      ASSERT_EQ(seen.normal, alone.normal);
+      ASSERT_EQ(seen.offset, alone.offset);
+    }
+  }
+}
+
 TEST(EightTriangles, NamesWhoHasACorner) {
   EightTriangles triangles;
   for (std::uint32_t k = 0; k < 5; ++k) triangles.add({{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {k, k + 1, 7}}, {}});

@@ -17,20 +17,14 @@ struct EightTriangles {
 
   /// A triangle in the surface's frame; `complete` follows when all are there.
   void add(const Triangle& t) {
-    for (int k = 0; k < 3; ++k) {
-      corners[k].x[count] = t.corners[k].x, corners[k].y[count] = t.corners[k].y, corners[k].z[count] = t.corners[k].z;
-      names[k][count] = t.vertices[k];
-    }
+    set_corners(t.corners, t.vertices);
     ++count;
   }
   /// As `SurfaceTriangle`, to the bit.
   void complete(Vec3 origin);
 
   void add(const SurfaceTriangle& t) {
-    for (int k = 0; k < 3; ++k) {
-      corners[k].x[count] = t.corners[k].x, corners[k].y[count] = t.corners[k].y, corners[k].z[count] = t.corners[k].z;
-      names[k][count] = t.names[k];
-    }
+    set_corners(t.corners, t.names);
     planes.x[count] = t.normal.x, planes.y[count] = t.normal.y, planes.z[count] = t.normal.z;
     planes.w[count++] = t.offset;
   }
@@ -55,6 +49,15 @@ struct EightTriangles {
   }
   /// A bit for each triangle.
   unsigned present() const { return (1u << count) - 1; }
+
+ private:
+  /// Of the triangle that comes next.
+  void set_corners(const Vec3 (&of)[3], const std::uint32_t (&ids)[3]) {
+    for (int k = 0; k < 3; ++k) {
+      corners[k].x[count] = of[k].x, corners[k].y[count] = of[k].y, corners[k].z[count] = of[k].z;
+      names[k][count] = ids[k];
+    }
+  }
 };
 
 }  // namespace fathom
