@@ -69,33 +69,47 @@ TEST_F(FoundTrianglesOfAMesh, RiseWhereOneOfThemDoes) {
   EXPECT_LT(rising, 2950);
 }
 
-/// One triangle after the other.
-bool is_nearer_outside(const std::vector<SurfaceTriangle>& triangles, Vec3 point, float depth, float tolerance) {
-  float in_front = 3e38f, behind = 3e38f;
-  for (const SurfaceTriangle& triangle : triangles) {
-    TriangleLanes<OneLane> t = begin_lane(triangle);
-    t.complete();
-    const PointByTriangles<OneLane> p(t, point);
-    if (p.over && p.heights <= tolerance && p.heights > tolerance - depth) return true;
-    (p.heights > 0 ? in_front : behind) = std::min(p.heights > 0 ? in_front : behind, p.squares);
-  }
-  return is_outside(in_front, behind, depth, tolerance);
+PointByTriangles<OneLane> point_by(const SurfaceTriangle& triangle, Vec3 point) {
+  TriangleLanes<OneLane> t = begin_lane(triangle);
+  t.complete();
+  return {t, point};
 }
 
 TEST_F(FoundTrianglesOfAMesh, HaveShorterWaysOutWhereOneOfThemHas) {
   FoundIndex index;
   const FoundTriangles found(eights_, index);
-  int outside = 0;
+  int nearer = 0;
   for (int i = 0; i < 3000; ++i) {
     const float x = uniform(random_, -5.2f, 5.2f), y = uniform(random_, -5.2f, 5.2f);
     const Vec3 point{x, y, test::wavy_bowl(x, y) - 1 + uniform(random_, -0.5f, 0.1f)};
-    const float depth = uniform(random_, 0, 0.7f), tolerance = 1e-3f;
-    const bool is_nearer = found.is_nearer_outside(point, depth, tolerance);
-    EXPECT_EQ(is_nearer, is_nearer_outside(triangles_, point, depth, tolerance));
-    outside += is_nearer;
+    const float depth = uniform(random_, 0, 0.7f), tolerance = 1e-3f, way = depth - tolerance;
+    const bool is_nearer = found.is_nearer_elsewhere(point, depth, tolerance);
+    EXPECT_EQ(is_nearer, way > 0 && std::ranges::any_of(triangles_, [&](const SurfaceTriangle& t) {
+                           return point_by(t, point).squares < way * way;
+                         }));
+    nearer += is_nearer;
   }
-  EXPECT_GT(outside, 300);
-  EXPECT_LT(outside, 2700);
+  EXPECT_GT(nearer, 300);
+  EXPECT_LT(nearer, 2700);
+}
+
+TEST_F(FoundTrianglesOfAMesh, EncloseWhatIsBelowTheGroundAndNotBesideIt) {
+  FoundIndex index;
+  const FoundTriangles found(eights_, index);
+  int inside = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const float x = uniform(random_, -6, 6), y = uniform(random_, -6, 6);
+    const float height = uniform(random_, -0.3f, 0.3f);
+    const Vec3 point{x, y, test::wavy_bowl(x, y) - 1 + height};
+    const bool is_inside = found.is_inside(point, 0.01f);
+    // Near the ground and its border it may be either, as triangles are not where the bowl is.
+    const float beside = std::max(std::abs(x), std::abs(y)) - 5;
+    if (std::abs(height) > 0.1f && std::abs(beside) > 0.3f) {
+      EXPECT_EQ(is_inside, height < 0 && beside < 0) << x << ' ' << y << ' ' << height;
+    }
+    inside += is_inside;
+  }
+  EXPECT_GT(inside, 300);
 }
 
 }  // namespace

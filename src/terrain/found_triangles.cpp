@@ -90,21 +90,45 @@ bool FoundTriangles::any_eight_near(const Aabb& box, const Test& test) const {
   return false;
 }
 
-bool FoundTriangles::is_nearer_outside(Vec3 point, float depth, float tolerance) const {
-  // The point is over or under the triangle, at most so far away; a little more for rounding.
-  const Aabb near = grown({point, point}, 1.001f * max(depth, tolerance) + tolerance);
-  Eight in_front = eight(3e38f), behind = eight(3e38f);  // squared distances
-  const bool is_nearer = any_eight_near(near, [&](const EightTriangles& triangles) {
+bool FoundTriangles::is_nearer_elsewhere(Vec3 point, float depth, float tolerance) const {
+  const float way = depth - tolerance;
+  return way > 0 && any_eight_near(grown({point, point}, 1.001f * way), [&](const EightTriangles& triangles) {
+           const PointByTriangles<EightLanes> p(make_lanes(triangles), point);
+           return (bits(p.squares < eight(way * way)) & triangles.present()) != 0;
+         });
+}
+
+bool FoundTriangles::is_inside(Vec3 point, float depth) const {
+  Eight in_front = eight(3e38f), behind = eight(3e38f);  // squared distances (m²)
+  for (const EightTriangles& triangles : eights_) {
     const PointByTriangles<EightLanes> p(make_lanes(triangles), point);
     const EightInts is_there = lane_numbers() < eight(triangles.count);
     const EightInts is_front = p.heights > eight(0.0f);
     in_front = select(is_there & is_front, min(p.squares, in_front), in_front);
     behind = select(is_there & ~is_front, min(p.squares, behind), behind);
-    const EightInts under = p.over & (p.heights <= eight(tolerance)) & (p.heights > eight(tolerance - depth));
-    return bits(under & is_there) != 0;
-  });
+  }
   const auto least = [](Eight values) { return min_lane(values, lane_numbers()).value; };
-  return is_nearer || is_outside(least(in_front), least(behind), depth, tolerance);
+  const float nearest = least(behind);
+  if (nearest < depth * depth || !is_behind(least(in_front), nearest)) return false;
+  for (const EightTriangles& triangles : eights_) {
+    const PointByTriangles<EightLanes> p(make_lanes(triangles), point);
+    const unsigned is_nearest = bits(p.squares <= eight(nearest)) & triangles.present();
+    if (is_nearest != 0) return continues_at(triangles.at(lowest_bit(is_nearest)), point);
+  }
+  return false;
+}
+
+bool FoundTriangles::continues_at(const SurfaceTriangle& t, Vec3 point) const {
+  const unsigned tips = nearest_tips(t, point);
+  if (tips == all_tips) return true;
+  const SharedCorners shared(t, tips);
+  std::uint32_t walk = 0;
+  for (const EightTriangles& eight : eights_) {
+    unsigned beside = eight.having(shared.names[0]);
+    if (shared.count == 2) beside &= eight.having(shared.names[1]);
+    for (; beside != 0; beside &= beside - 1) walk += walk_past(eight.at(lowest_bit(beside)).names, shared);
+  }
+  return walk == 0;
 }
 
 }  // namespace fathom

@@ -19,15 +19,16 @@ class FoundTriangles {
  public:
   FoundTriangles(const std::vector<EightTriangles>& eights, FoundIndex& index) : eights_(eights), index_(index) {}
 
-  /// See `collide_triangle`.
+  // See `collide_triangle`.
   bool rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const;
-  /// Whether a point `depth` (m) behind a triangle has a shorter way out of the surface through another triangle, or is
-  /// outside already: it is nearer to the front of another one.
-  bool is_nearer_outside(Vec3 point, float depth, float tolerance) const;
+  bool is_nearer_elsewhere(Vec3 point, float depth, float tolerance) const;
+  bool is_inside(Vec3 point, float depth) const;
 
  private:
   static constexpr std::size_t few = 16, eights_per_box = 16;
 
+  /// Whether the surface goes on on all sides of the triangle's point nearest to `point`.
+  bool continues_at(const SurfaceTriangle& t, Vec3 point) const;
   void index_corners() const;
   void index_boxes() const;
   std::size_t chain_of(std::uint32_t name) const;

@@ -49,11 +49,12 @@ class ShapeInOwnAxes {
 struct TrianglesAround {
   const SurfaceView& surface;
   const Pose& pose;
+  Aabb box;  ///< of the shape, in the surface's axes
 
   FATHOM_HD SurfaceTriangle triangle(std::uint32_t number) const {
     return in_axes(pose.rotation, SurfaceTriangle(surface.triangle(number), pose.position));
   }
-  /// See `collide_triangle`.
+  // See `collide_triangle`.
   FATHOM_HD bool rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const {
     const SharedCorners shared(t, tips);
     const Vec3 at = surface.vertex(shared.names[0]);
@@ -68,19 +69,45 @@ struct TrianglesAround {
       return does_rise(t, other, shared, axis);
     });
   }
-  /// See `FoundTriangles::is_nearer_outside`.
-  FATHOM_HD bool is_nearer_outside(Vec3 point, float depth, float tolerance) const {
-    // The point is over or under the triangle, at most so far away; a little more for rounding.
-    const Aabb near = grown(Aabb{point, point}, 1.001f * max(depth, tolerance) + tolerance);
-    float in_front = 3e38f, behind = 3e38f;  // squared distances
-    const bool is_nearer = surface.any_in(bounds(near, pose), [&](std::uint32_t number) {
-      TriangleLanes<OneLane> t = begin_lane(triangle(number));
-      t.complete();
-      const PointByTriangles<OneLane> p(t, point);
+  FATHOM_HD bool is_nearer_elsewhere(Vec3 point, float depth, float tolerance) const {
+    const float way = depth - tolerance;
+    return way > 0 && surface.any_in(bounds(grown(Aabb{point, point}, 1.001f * way), pose),
+                                     [&](std::uint32_t number) { return point_by(number, point).squares < way * way; });
+  }
+  FATHOM_HD bool is_inside(Vec3 point, float depth) const {
+    float in_front = 3e38f, behind = 3e38f;  // squared distances (m²)
+    surface.for_each_in(box, [&](std::uint32_t number) {
+      const PointByTriangles<OneLane> p = point_by(number, point);
       (p.heights > 0 ? in_front : behind) = min(p.squares, p.heights > 0 ? in_front : behind);
-      return p.over && p.heights <= tolerance && p.heights > tolerance - depth;
     });
-    return is_nearer || is_outside(in_front, behind, depth, tolerance);
+    if (behind < depth * depth || !is_behind(in_front, behind)) return false;
+    SurfaceTriangle nearest;
+    surface.any_in(box, [&](std::uint32_t number) {
+      if (point_by(number, point).squares > behind) return false;
+      nearest = triangle(number);
+      return true;
+    });
+    return continues_at(nearest, point);
+  }
+
+ private:
+  /// See `FoundTriangles::continues_at`.
+  FATHOM_HD bool continues_at(const SurfaceTriangle& t, Vec3 point) const {
+    const unsigned tips = nearest_tips(t, point);
+    if (tips == all_tips) return true;
+    const SharedCorners shared(t, tips);
+    const Vec3 at = surface.vertex(shared.names[0]);
+    std::uint32_t walk = 0;
+    surface.for_each_in({at, at}, [&](std::uint32_t number) {
+      const Triangle beside = surface.triangle(number);
+      if (shared.are_in(beside.vertices)) walk += walk_past(beside.vertices, shared);
+    });
+    return walk == 0;
+  }
+  FATHOM_HD PointByTriangles<OneLane> point_by(std::uint32_t number, Vec3 point) const {
+    TriangleLanes<OneLane> t = begin_lane(triangle(number));
+    t.complete();
+    return {t, point};
   }
 };
 
@@ -93,9 +120,17 @@ struct SurfaceTouch {
   bool touches, is_doubtful, is_deep;
 };
 
+/// Which points of doubtful touches count.
+enum class SurfacePass {
+  true_points,    ///< those that belong to no other side of the surface
+  all_points,     ///< along the shortest way out, of a shape that all touches are deeper than
+  inside_points,  ///< of the touch with the shortest way out: others belong to one another's sides, as under a ridge
+};
+
 /// The patches of one shape; large, so kept in memory of the caller's.
 struct PatchSet {
   SurfaceTouch touches[team::size];  ///< with one triangle for each work-item of a team
+  SurfaceTouch shortest;             ///< of the pass for inside points
   SurfacePatch patches[max_surface_manifolds];
   float nearest[max_surface_manifolds];  ///< m, least separation of each
   std::uint8_t materials[max_surface_manifolds];
@@ -138,10 +173,10 @@ struct PatchSet {
   }
 };
 
-/// The touch with a triangle. `in_full`: with points that are nearer to another side of the surface, too.
+/// The touch with a triangle.
 FATHOM_HD SurfaceTouch touch_of(std::uint32_t number, const TrianglesAround& around, const ShapeInOwnAxes& shape,
                                 float margin, const Vec3* pushed, int push_count, const Tolerance& tolerance,
-                                bool in_full) {
+                                SurfacePass pass) {
   SurfaceTouch touch;
   touch.touches = false;
   const SurfaceTriangle t = around.triangle(number);
@@ -155,7 +190,12 @@ FATHOM_HD SurfaceTouch touch_of(std::uint32_t number, const TrianglesAround& aro
   touch.material = around.surface.material_of(number);
   touch.nearest = nearest_separation(contact.manifold);
   touch.is_doubtful = contact.is_doubtful, touch.is_deep = contact.is_deep;
-  if (contact.is_doubtful && !in_full) leave_true_points(touch.manifold, around, tolerance.side);
+  if (!contact.is_doubtful) return touch;
+  if (pass == SurfacePass::true_points) leave_true_points(touch.manifold, around, tolerance.side);
+  if (pass == SurfacePass::inside_points) {
+    leave_inside_points(touch.manifold, around, tolerance.side);
+    touch.nearest = nearest_separation(touch.manifold);
+  }
   return touch;
 }
 
@@ -168,7 +208,8 @@ FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, co
                                Vec3 centre) {
   contact.count = 0;
   const ShapeInOwnAxes shape(b);
-  const TrianglesAround around{surface, b_in_a};
+  const Aabb box = grown(bounds(b, b_in_a), margin);
+  const TrianglesAround around{surface, b_in_a, box};
   const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
   SurfacePush of_shape[max_surface_manifolds];
   Vec3 pushed[max_surface_manifolds];
@@ -177,26 +218,31 @@ FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, co
     of_shape[i].normal = pushed[i] = inverse_rotate(b_in_a.rotation, pushes[i].normal);
     of_shape[i].load.at = inverse_transform(b_in_a, pushes[i].load.at);
   }
-  const Aabb box = grown(bounds(b, b_in_a), margin);
-  bool any_sure = false, are_deep = true, leaves_deep = false;
-  float way_out_at = -3e38f;
+  bool any_sure = false, are_deep = true, any_overlap = false;
+  float way_out_at = -3e38f, shortest_at = -3e38f;
   Vec3 way_out;
+  SurfacePass pass = SurfacePass::true_points, last_pass;
   do {
-    set.count = 0;
+    last_pass = pass;
+    if (pass != SurfacePass::inside_points) set.count = 0;
     for_each_by_team(
         surface, box,
         [&](std::uint32_t number) {
           // Each work-item collides a triangle of its own; then all touches join their patches in the order of
           // triangles.
-          const bool is_last_pass = leaves_deep;
-          set.touches[team::item()] =
-              touch_of(number, around, shape, margin, pushed, push_count, tolerance, is_last_pass);
+          set.touches[team::item()] = touch_of(number, around, shape, margin, pushed, push_count, tolerance, last_pass);
         },
         [&](std::uint32_t count) {
           for (std::uint32_t k = 0; k < count; ++k) {
             const SurfaceTouch& touch = set.touches[k];
             if (!touch.touches) continue;
-            if (leaves_deep) {
+            if (last_pass == SurfacePass::inside_points) {
+              if (!touch.is_doubtful || touch.manifold.count == 0 || touch.nearest <= shortest_at) continue;
+              shortest_at = touch.nearest;
+              if (team::is_leader()) set.shortest = touch;
+              continue;
+            }
+            if (last_pass == SurfacePass::all_points) {
               if (dot(touch.normal, way_out) < same_direction) continue;
             } else if (touch.is_doubtful) {
               are_deep &= touch.is_deep;
@@ -204,15 +250,23 @@ FATHOM_HD void collide_surface(const SurfaceView& surface, const Geometry& b, co
             } else {
               any_sure = true;
             }
+            any_overlap |= touch.manifold.count > 0 && nearest_separation(touch.manifold) < 0;
             if (touch.manifold.count > 0 && team::is_leader()) set.add(touch.manifold, touch.material, tolerance);
           }
         });
-    // If all touches are deeper than the shape is thick, it leaves along the shortest way: once more, for that alone.
-    leaves_deep = !leaves_deep && !any_sure && are_deep && way_out_at > -3e38f;
-  } while (leaves_deep);
+    // A second pass where doubtful touches are all there is.
+    const bool any_doubtful = way_out_at > -3e38f;
+    if (last_pass == SurfacePass::true_points && any_doubtful) {
+      if (!any_sure && are_deep)
+        pass = SurfacePass::all_points;
+      else if (!any_overlap)
+        pass = SurfacePass::inside_points;
+    }
+  } while (pass != last_pass);
   team::sync();
 
   if (!team::is_leader()) return;
+  if (shortest_at > -3e38f) set.add(set.shortest.manifold, set.shortest.material, tolerance);
   contact.count = set.count;
   int second = set.count;  // follows the first manifolds of all patches
   unsigned taken = 0;

@@ -15,7 +15,10 @@ void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
                 [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_direction; });
 }
 
-/// Adds the points of doubtful touches that belong to no other side of the surface.
+bool is_overlap(const SurfaceScratch::Touch& touch) { return touch.nearest < 0; }
+
+/// Adds the points of doubtful touches that belong to no other side of the surface. Under a ridge each of two sides may
+/// be nearer to the points of the other one: then the shape leaves along the shorter way.
 void add_doubtful(std::vector<SurfaceScratch::Touch>& touches, std::vector<SurfaceScratch::Touch>& doubtful,
                   const FoundTriangles& found, float tolerance) {
   if (touches.empty() && std::ranges::all_of(doubtful, &SurfaceScratch::Touch::is_deep)) {
@@ -23,12 +26,21 @@ void add_doubtful(std::vector<SurfaceScratch::Touch>& touches, std::vector<Surfa
     if (!touches.empty()) keep_shallowest(touches);
     return;
   }
-  for (SurfaceScratch::Touch& touch : doubtful) {
+  for (SurfaceScratch::Touch touch : doubtful) {
     leave_true_points(touch.manifold, found, tolerance);
     if (touch.manifold.count == 0) continue;
     touch.nearest = nearest_separation(touch.manifold);
     touches.push_back(touch);
   }
+  if (std::ranges::any_of(touches, is_overlap)) return;
+  const SurfaceScratch::Touch* shortest = nullptr;
+  for (SurfaceScratch::Touch& touch : doubtful) {
+    leave_inside_points(touch.manifold, found, tolerance);
+    if (touch.manifold.count == 0) continue;
+    touch.nearest = nearest_separation(touch.manifold);
+    if (!shortest || touch.nearest > shortest->nearest) shortest = &touch;
+  }
+  if (shortest) touches.push_back(*shortest);
 }
 
 /// Assigns every touch to a group. Returns the number of groups; `normals` and `materials` get theirs, deepest first.

@@ -152,15 +152,25 @@ FATHOM_HD Vec3 load_along(Vec3 normal, const SurfacePush* pushes, int count, Vec
   return mul_add((1 - share_of_centre) * (load.at - origin), share_of_centre, centre);
 }
 
-/// Keeps the points of a doubtful touch that are not nearer to another side of the surface, as `around` tells. A box on
-/// a plateau reaches far behind the cliff beside it, but does not penetrate the cliff. A rod whose end has run into a
-/// slope does penetrate it.
+/// Keeps the points of a doubtful touch that are not nearer to another side of the surface (`collide_triangle`). A box
+/// on a plateau reaches far behind the cliff beside it, but does not penetrate the cliff. A rod whose end has run into
+/// a slope does penetrate it.
 FATHOM_HD void leave_true_points(Manifold& m, const auto& around, float tolerance) {
   int left = 0;
   for (int i = 0; i < m.count; ++i) {
     const ManifoldPoint& point = m.points[i];
     const Vec3 of_shape = mul_add(point.position, 0.5f * point.separation, m.normal);
-    if (!around.is_nearer_outside(of_shape, -point.separation, tolerance)) m.points[left++] = point;
+    if (!around.is_nearer_elsewhere(of_shape, -point.separation, tolerance)) m.points[left++] = point;
+  }
+  m.count = left;
+}
+
+/// Keeps the points of a touch that are behind the surface, `depth` (m) at least.
+FATHOM_HD void leave_inside_points(Manifold& m, const auto& around, float depth) {
+  int left = 0;
+  for (int i = 0; i < m.count; ++i) {
+    const ManifoldPoint& point = m.points[i];
+    if (around.is_inside(mul_add(point.position, 0.5f * point.separation, m.normal), depth)) m.points[left++] = point;
   }
   m.count = left;
 }

@@ -68,15 +68,6 @@ struct PointByTriangles {
   }
 };
 
-/// Whether a point `depth` (m) behind a triangle, whose squared distances (m²) from the nearest triangles that it is in
-/// front of and behind are given, is outside: the nearest one decides. Both are equal at a common edge, which then is
-/// convex.
-FATHOM_HD bool is_outside(float in_front, float behind, float depth, float tolerance) {
-  constexpr float same = 1.0001f;
-  const float least = depth - tolerance;
-  return least > 0 && in_front <= same * behind && in_front < least * least;
-}
-
 /// The lowest heights of a polyhedron's vertices along directions.
 template <class Lanes>
 FATHOM_HD typename Lanes::Real lowest_along(const HullView& shape, const typename Lanes::Vec& directions) {

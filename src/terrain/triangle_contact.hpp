@@ -6,6 +6,7 @@
 #pragma once
 
 #include "collision/collide.hpp"
+#include "terrain/part_under.hpp"
 #include "terrain/triangle_axes-inl.hpp"
 
 namespace fathom {
@@ -39,6 +40,43 @@ struct SharedCorners {
     return true;
   }
 };
+
+constexpr unsigned all_tips = 7;
+/// Ends of edge k.
+FATHOM_HD unsigned tips_of_edge(int k) { return 1u << k | 1u << (k + 1) % 3; }
+
+/// Whether the nearest triangle is behind a point, given squared distances (m²) from the nearest triangles that it is
+/// in front of and behind. Both are equal at a common edge, which then is a ridge.
+FATHOM_HD bool is_behind(float in_front, float behind) { return in_front > 1.0001f * behind; }
+
+/// The corners between which the triangle's point nearest to `point` lies: one, two, or all three.
+FATHOM_HD unsigned nearest_tips(const SurfaceTriangle& t, Vec3 point) {
+  float nearest = 3e38f;
+  bool is_over = true;
+  unsigned tips = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    const Vec3 along = t.corners[next] - t.corners[k], way = point - t.corners[k];
+    is_over = is_over && dot(cross(t.normal, along), way) >= 0;
+    const float s = dot(way, along) / length_squared(along), squared = length_squared(way - max(0, min(1, s)) * along);
+    if (squared >= nearest) continue;
+    nearest = squared;
+    tips = s <= 0 ? 1u << k : s >= 1 ? 1u << next : tips_of_edge(k);
+  }
+  return is_over ? all_tips : tips;
+}
+
+/// A walk around the shared corner or along the shared edge, through a triangle that has it: the name at which it
+/// leaves the triangle, less that at which it enters. Over all triangles around a corner, or on both sides of an edge,
+/// this adds up to 0; at a border it does not.
+FATHOM_HD std::uint32_t walk_past(const std::uint32_t (&names)[3], const SharedCorners& shared) {
+  for (int k = 0; k < 3; ++k) {
+    const std::uint32_t at = names[k], next = names[(k + 1) % 3], last = names[(k + 2) % 3];
+    if (shared.count == 1 && shared.have(at)) return next - last;
+    if (shared.count == 2 && shared.have(at) && shared.have(next)) return next - at;
+  }
+  return 0;
+}
 
 /// Whether `other`, which has the shared corners of `t`, rises along the axis.
 FATHOM_HD bool does_rise(const SurfaceTriangle& t, const SurfaceTriangle& other, const SharedCorners& shared,
@@ -88,17 +126,12 @@ FATHOM_HD unsigned tips_along(const SurfaceTriangle& t, Vec3 axis, float toleran
   return tips;
 }
 
-constexpr unsigned all_tips = 7;
-
 /// Whether bodies that touch the corners `tips` may be pushed along the axis (unit, away from the triangle): not
 /// inward, and not where the adjacent surface rises.
 FATHOM_HD bool may_push(const SurfaceTriangle& t, Vec3 axis, unsigned tips, const auto& around) {
   constexpr float inward = -0.1f;  // allows axes across the normals at ridges of back-to-back faces
   return tips != all_tips && dot(axis, t.normal) > inward && !around.rises(t, tips, axis);
 }
-
-/// Ends of edge k.
-FATHOM_HD unsigned tips_of_edge(int k) { return 1u << k | 1u << (k + 1) % 3; }
 
 /// Replaces the triangle's own corner and edge indices with global names, so that points of neighbouring triangles on a
 /// shared corner or edge have the same feature in every step.
@@ -146,13 +179,31 @@ FATHOM_HD void doubt(float nearest, bool is_refused, float inner, const Toleranc
   contact.is_doubtful = contact.is_deep || (is_refused && nearest < -tolerance.axis);
 }
 
+/// The contact with a shape that overlaps the triangle although its face that is nearest has no part over it: the
+/// deepest point of what is under the triangle, if that is no matter of rounding. A rod that stands in the ground
+/// aslant has its lower end under other triangles, which it does not touch. So that end counts instead, unless it has
+/// come out of the ground again, as behind a ridge or beyond a border, or comes out sooner elsewhere.
+FATHOM_HD void hidden_contact(const SurfaceTriangle& t, const HullPair& pair, const HullView& shape,
+                              bool may_pass_through, float tolerance, const auto& around, Manifold& m) {
+  ManifoldPoint& point = m.points[0];
+  if (may_pass_through) {
+    hull_vertex_contact(pair, 0, false, m);
+    const Vec3 end = mul_add(point.position, 0.5f * point.separation, t.normal);
+    if (!around.is_nearer_elsewhere(end, -point.separation, tolerance) && around.is_inside(end, tolerance)) return;
+  }
+  const PointUnder under = deepest_under(t, shape);
+  m.normal = t.normal;
+  m.count = under.height < -tolerance ? 1 : 0;
+  point = {mul_add(under.at, -0.5f * under.height, t.normal), under.height, under.feature};
+}
+
 /// Of the shape's core.
 FATHOM_HD TriangleContact collide_core(const SurfaceTriangle& t, const AxesOfTriangles<OneLane>& axes,
                                        const auto& shape, float margin, const auto& around) {
   TriangleContact contact;
   Manifold& m = contact.manifold;
   const HullView& b = shape.turned();
-  bool is_refused = false, passes_through = axes.of_face <= 0 && axes.of_normal < -shape.inner();
+  bool is_refused = false, overlaps = axes.of_face <= 0 && axes.of_normal <= 0;
   if (axes.edge >= 0) {
     const Vec3 normal = edge_normal(t, axes.edge, shape.edge(axes.edge_of_shape));
     if (may_push(t, normal, tips_of_edge(axes.edge), around)) {
@@ -160,7 +211,7 @@ FATHOM_HD TriangleContact collide_core(const SurfaceTriangle& t, const AxesOfTri
       return contact;
     }
     is_refused = true;
-    passes_through &= dot(normal, edge_view(b, axes.edge_of_shape).from - t.corners[axes.edge]) <= 0;
+    overlaps &= dot(normal, edge_view(b, axes.edge_of_shape).from - t.corners[axes.edge]) <= 0;
   }
   const TriangleHull hull(t, largest_coordinate(t));
   HullPair pair = make_hull_pair(hull.view(), shape.hull(), {{}, 0, shape.rotation()});
@@ -174,9 +225,15 @@ FATHOM_HD TriangleContact collide_core(const SurfaceTriangle& t, const AxesOfTri
   is_refused |= is_nearer;
   AxisCache unused;
   hull_face_contact(pair, by_shape ? face : 0, by_shape, margin, {}, unused, m);
-  // A rod that stands in the ground aslant: its lower end is under other triangles, which it does not touch.
-  if (!by_shape && m.count == 0 && is_refused && passes_through) hull_vertex_contact(pair, 0, false, m);
-  if (!by_shape && m.count > 0) doubt(nearest_separation(m) - b.radius, is_refused, shape.inner(), tolerance, contact);
+  if (by_shape) return contact;
+  const bool is_hidden = m.count == 0 && overlaps;
+  if (is_hidden) {
+    const float at_sides = make_tolerance(shape.inner(), shape.outer()).side;
+    const bool may_pass_through = is_refused && axes.of_normal < -shape.inner();
+    hidden_contact(t, pair, b, may_pass_through, at_sides, around, m);
+  }
+  if (m.count > 0) doubt(nearest_separation(m) - b.radius, is_refused, shape.inner(), tolerance, contact);
+  contact.is_doubtful |= is_hidden && is_refused;
   return contact;
 }
 
@@ -289,7 +346,10 @@ FATHOM_HD TriangleContact collide_polyhedron(const SurfaceTriangle& t, const Axe
 /// The contact where a triangle and the shape are nearer than `margin` (m); the normal points from the triangle to the
 /// shape. `axes` must call the triangle near. `around.rises(triangle, tips, axis)`: whether the surface adjacent to the
 /// triangle at its shared corners `tips` (a bit each) rises above the plane through them with normal `axis` (unit,
-/// outward). The shape is one of `axes_of`, with hull() and rotation() in addition.
+/// outward). `around.is_nearer_elsewhere(point, depth, tolerance)`: whether a point `depth` behind the triangle is
+/// nearer (m) to another one: it has a shorter way out there, or is outside. `around.is_inside(point, depth)`: whether
+/// the point is behind the nearest triangle, by at least `depth`, and not beyond a border. The shape is one of
+/// `axes_of`, with hull() and rotation() in addition.
 FATHOM_HD TriangleContact collide_triangle(const SurfaceTriangle& triangle, const AxesOfTriangles<OneLane>& axes,
                                            const auto& shape, float margin, const auto& around) {
   TriangleContact contact = shape.is_round() ? collide_round(triangle, shape, margin, around)
