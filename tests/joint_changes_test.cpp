@@ -1,6 +1,8 @@
 // Every parameter of a joint changes while it runs, on every simulator; joints are found by their user data.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "joint_worlds.hpp"
 
 namespace fathom::test::joint_changes_test {
@@ -58,6 +60,75 @@ TEST_P(JointChanges, AllAtOnceIsWhatTheyAreOneByOne) {
   }
   EXPECT_EQ(at_once.world.state_hash(), singly.world.state_hash());
   EXPECT_EQ(at_once.world.joint(at_once.joint).a, at_once.post);
+}
+
+// What is solved directly depends on it: a joint of a hanging chain that became soft stayed rigid.
+TEST_P(JointChanges, RigidOnesBecomeSoftAndBack) {
+  for (const float hertz : {0.0f, 2.0f}) {
+    World changed(GetParam().quiet()), always(GetParam().quiet());
+    const auto hang = [](World& world, float begins_with) {
+      const Chain chain(world, add_anchor(world, {}), {}, {0, 0, -1}, 4);
+      world.set_joint_spring(chain.joints[1], begins_with, 1);
+      return chain;
+    };
+    const Chain chain = hang(changed, 2 - hertz);
+    hang(always, hertz);
+    for (int i = 0; i < 10; ++i) changed.step();
+    changed.set_joint_spring(chain.joints[1], hertz, 1);
+    changed.step();
+    World copy(changed.definition());
+    std::vector<std::byte> bytes;
+    changed.save(bytes);
+    copy.restore(bytes);
+    for (int i = 0; i < 600; ++i) changed.step(), copy.step(), always.step();
+    EXPECT_EQ(copy.state_hash(), changed.state_hash()) << hertz << " Hz";
+    EXPECT_NEAR(changed.pose(chain.links[3]).position.z, always.pose(chain.links[3]).position.z, 1e-3f);
+    EXPECT_EQ(gap_of(changed, chain.joints[1]) > 0.05f, hertz > 0) << gap_of(changed, chain.joints[1]);
+  }
+}
+
+// Equal mechanisms are solved side by side, as long as they are equal.
+TEST_P(JointChanges, OneOfEqualMechanismsChanges) {
+  using Change = void (*)(JointAxis&);
+  for (const Change change :
+       {Change{[](JointAxis& axis) { axis.armature = 5; }}, Change{[](JointAxis& axis) { axis.spring(2, 0.1f); }},
+        Change{[](JointAxis& axis) { axis.restitution = 0.8f; }}}) {
+    WorldDef def = GetParam().quiet();
+    def.gravity = {};
+    World changed(def), always(def);
+    std::vector<BodyId> links;
+    std::vector<JointId> joints;
+    JointDef hinge =
+        revolute_joint({}, {}, joint_frame({0, 0.25f, 0}, {1, 0, 0}), joint_frame({0, -0.25f, 0}, {1, 0, 0}));
+    hinge.axis(JointAxisName::twist).limit(-0.3f, 0.3f).drive_position(0, 50, 5);
+    for (World* world : {&changed, &always}) {
+      links.clear(), joints.clear();
+      for (int i = 0; i < 8; ++i) {
+        hinge.a = add_anchor(*world, {static_cast<float>(i), 0, 0});
+        for (int k = 0; k < 3; ++k) {
+          const Vec3 at{static_cast<float>(i), 0.5f + 0.5f * static_cast<float>(k), 0};
+          hinge.b = world->add(dynamic(box({0.1f, 0.2f, 0.1f}), at, 10));
+          joints.push_back(world->add_joint(hinge));
+          links.push_back(hinge.a = hinge.b);
+        }
+      }
+    }
+    JointAxis axis = hinge.axis(JointAxisName::twist);
+    change(axis);
+    always.set_joint_axis(joints[10], JointAxisName::twist, axis);
+    for (World* world : {&changed, &always}) world->step();
+    changed.set_joint_axis(joints[10], JointAxisName::twist, axis);
+    for (World* world : {&changed, &always}) world->set_gravity({0, 0, -9.81f});
+    float effect = 0;
+    for (int i = 0; i < 30; ++i) {
+      changed.step(), always.step();
+      effect =
+          std::max(effect, length(changed.pose(links[11]).position - changed.pose(links[8]).position - Vec3{1, 0, 0}));
+    }
+    for (const BodyId link : links)
+      EXPECT_NEAR(changed.pose(link).position.z, always.pose(link).position.z, 1e-5f) << link.index;
+    EXPECT_GT(effect, 0.002f);
+  }
 }
 
 TEST_P(JointChanges, RefuseWhatTheyCannotBe) {

@@ -152,13 +152,15 @@ class ContactGraph {
   /// Changes all but the bodies, kind and colour.
   void change_joint(std::uint32_t slot, const Joint& changed) {
     Joint& joint = joints_[slot];
+    joint_definitions_ += joint.rigid != changed.rigid;
     joint.anchor_a = changed.anchor_a, joint.anchor_b = changed.anchor_b;
     joint.softness = changed.softness, joint.max_impulse = changed.max_impulse;
     joint.max_start = changed.max_start, joint.rigid = changed.rigid;
   }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
   const GenericJoint& generic_joint(std::uint32_t slot) const { return generic_joints_[slot]; }
-  /// Changes whenever an axis starts or stops being locked, limited or driven.
+  /// Changes whenever mechanisms must be found again: a joint becomes rigid or soft, or an axis starts or stops being
+  /// locked, limited, driven, armed or springy.
   std::uint64_t joint_definitions() const { return joint_definitions_; }
   bool is_driven(std::uint32_t slot) const {
     return joints_[slot].kind == ConstraintKind::generic_joint && generic_joints_[slot].is_driven();

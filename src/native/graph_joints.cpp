@@ -7,6 +7,21 @@
 
 namespace fathom::native {
 
+namespace {
+
+/// Whether mechanisms and their lanes can go on with `b` in place of `a`: what they read of it is the same.
+bool is_alike(const GenericJoint& a, const GenericJoint& b) {
+  for (int i = 0; i < axis_count; ++i) {
+    const GenericAxis<float>&x = a.axes[i], &y = b.axes[i];
+    if (x.locked != y.locked || x.limited != y.limited || (x.most > 0) != (y.most > 0) ||
+        (x.armature > 0) != (y.armature > 0) || (x.response > 0) != (y.response > 0))
+      return false;
+  }
+  return a.distance == b.distance && a.cone == b.cone && a.moves == b.moves && a.reacts == b.reacts;
+}
+
+}  // namespace
+
 void ContactGraph::add_joint(std::uint32_t slot, const Joint& joint) {
   if (slot >= joints_.size()) {
     grow_to(joints_, slot + 1);
@@ -19,11 +34,7 @@ void ContactGraph::add_joint(std::uint32_t slot, const Joint& joint) {
 void ContactGraph::define_joint(std::uint32_t slot, const GenericJoint& joint) {
   if (slot >= generic_joints_.size()) grow_to(generic_joints_, slot + 1);
   if (slot >= generic_impulses_.size()) grow_to(generic_impulses_, slot + 1);
-  for (int i = 0; i < axis_count; ++i) {
-    const GenericAxis<float>&before = generic_joints_[slot].axes[i], &after = joint.axes[i];
-    if (before.locked != after.locked || before.limited != after.limited || (before.most > 0) != (after.most > 0))
-      ++joint_definitions_;
-  }
+  if (!is_alike(generic_joints_[slot], joint)) ++joint_definitions_;
   generic_joints_[slot] = joint;
   forget_what_ended(joint, generic_impulses_[slot]);
 }
