@@ -301,6 +301,26 @@ TEST(FastPairs, SeamsOfTilesDoNotStopWhatSlidesFastOverThem) {
   }
 }
 
+// The arm's centre rests, but its side pushes the rod on: a rod that slid down along its edge was held back to where it
+// began in every step, so it hung in the air while it gained speed.
+TEST(FastPairs, ARodFallsPastATurningArm) {
+  for (const Where& where : {Where{}, of_device(), of_hybrid()}) {
+    World world(world_def(where));
+    BodyDef arm;
+    arm.motion = MotionType::kinematic;
+    arm.shape = box({0.139704958f, 1.05412555f, 0.153849974f});
+    arm.pose.position = {0, 0, 1.97514439f};
+    arm.velocity.angular = {0, 0, 0.923155487f};
+    world.add(arm);
+    BodyDef rod = dynamic(capsule(0.0382521152f, 0.125890002f), {-0.22961247f, 0.635304928f, 2.29806089f}, 1.4f);
+    rod.pose.rotation = {-0.0274312645f, -0.0254740734f, 0.986452818f, -0.159716874f};
+    const BodyId id = world.add(rod);
+    for (int i = 0; i < 60; ++i) world.step();
+    EXPECT_LT(world.pose(id).position.z, 0);
+    EXPECT_GT(world.velocity(id).linear.z, -9.9f);
+  }
+}
+
 // A slowly growing bound proves nothing within a step: tumbling hulls that stay a centimetre apart pass, and are found
 // to.
 TEST(FastPairs, WhatTurnsBesideAnotherIsFoundToPass) {

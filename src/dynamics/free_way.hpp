@@ -103,9 +103,15 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
     way.lift(cores, end_a, end_b, normal, skin - allowed - end_gap);  // otherwise rounding could put it inside again
     return way;
   }
-  // B moves on with the body that it meets (or it would run that body over), and along its surface.
+  // B moves on with the surface that it meets (or it would run B over), and along it. An arm that turns pushes B,
+  // though the arm's centre rests.
   const auto goes_on = [&](Vec3 along) {
-    const float approach = max(dot(along, on_a.velocity.linear - on_b.velocity.linear), 0.0f);
+    const Pose at_a = advanced(on_a.pose, on_a.velocity, way.part * dt);
+    const Pose at_b = advanced(on_b.pose, on_b.velocity, way.part * dt);
+    const Vec3 deepest = supports_along(cores, at_a, at_b, along).on_b - cores.b.radius * along;
+    const Vec3 of_surface =
+        on_a.velocity.linear + cross(on_a.velocity.angular, at_b.position + deepest - at_a.position);
+    const float approach = max(dot(along, of_surface - on_b.velocity.linear), 0.0f);
     return ((1 - way.part) * dt) * mul_add(on_b.velocity.linear, approach, along);
   };
   const Impact impact = first_impact(on_a, on_b, cores, dt, skin, normal);
