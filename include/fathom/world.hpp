@@ -175,8 +175,8 @@ class FATHOM_API World {
   void reserve(std::uint32_t bodies);
   /// Sorts bodies for collision detection and queries, as the next step and the next query otherwise would. For use
   /// after adding many bodies: a million fixed boxes take 0.6 s or more. Finds pairs, and calls the filter callback, as
-  /// that step would; the step's result is the same. Does nothing if a device finds pairs. Throws `capacity` if memory
-  /// runs out.
+  /// that step would; the step's result is the same, to the last bit if nothing is changed in between. Does nothing if
+  /// a device finds pairs. Throws `capacity` if memory runs out.
   void optimize_broad_phase();
   /// Throws `stale_id`. Bodies that rested on it wake; its joints are removed with it.
   void remove(BodyId id);
