@@ -171,6 +171,17 @@ BENCHMARK_CAPTURE(cast_shape, capsule_in_cloud, cloud, capsule(0.3f, 0.6f))->Arg
 BENCHMARK_CAPTURE(cast_shape, box_in_cloud, cloud, box({0.5f, 0.5f, 0.5f}))->Arg(10);
 BENCHMARK_CAPTURE(cast_shape, sphere_over_layers, layers, sphere(0.5f))->Arg(10);
 
+void cast_shapes(benchmark::State& state, MakeWorld make, const Shape& shape) {
+  const World world = make(SimulatorKind::native);
+  std::vector<ShapeCast> all;
+  for (const Ray& ray : rays(static_cast<float>(state.range(0))))
+    all.push_back({&shape, {ray.origin, 0, {}}, ray.translation});
+  std::vector<std::optional<CastHit>> hits(all.size());
+  for (auto _ : state) world.cast_shapes(all, hits);
+  state.SetItemsProcessed(static_cast<std::int64_t>(all.size() * state.iterations()));
+}
+BENCHMARK_CAPTURE(cast_shapes, sphere_in_cloud, cloud, sphere(0.5f))->Arg(10);
+
 void overlap_shape(benchmark::State& state, MakeWorld make, const Shape& shape) {
   ask_of_each(state, make, [&](const World& world, const Ray& ray) {
     return world.overlap_shape(shape, {ray.origin, 0, {}}).size();

@@ -1,4 +1,4 @@
-// Many rays at once: whichever way a simulator casts them, each hits what it would hit alone.
+// Many rays or shapes at once: whichever way a simulator casts them, each hits what it would hit alone.
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -158,6 +158,38 @@ TEST_P(ManyRays, ChangeNothingOfLaterSteps) {
     }
     ASSERT_EQ(asked.world.state_hash(), alone.world.state_hash()) << "step " << i;
   }
+}
+
+TEST_P(ManyRays, ShapesMeetWhatEachMeetsAlone) {
+  std::size_t hits_of_all = 0, overlaps_of_all = 0;
+  for (unsigned seed = 11; seed <= 14; ++seed) {
+    RayScene scene(GetParam(), seed);
+    for (int round = 0; round < 10; ++round) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round));
+      const std::vector<Shape> shapes = shapes_of(uniform(scene.random, 0.05f, 1.5f));
+      std::vector<ShapeCast> casts(round % 3 == 0 ? 5 : 200);
+      for (ShapeCast& cast : casts) {
+        const Ray way = scene.any_ray();
+        cast = {&shapes[scene.random() % shapes.size()], {way.origin, 0, any_rotation(scene.random)}, way.translation};
+      }
+      const QueryFilter filter = scene.any_filter();
+      std::vector<std::optional<CastHit>> hits(casts.size());
+      std::vector<std::vector<BodyId>> found(casts.size(), std::vector<BodyId>(3));
+      scene.world.cast_shapes(casts, hits, filter);
+      scene.world.overlap_shapes(casts, found, filter);
+      for (std::size_t i = 0; i < casts.size(); ++i) {
+        const auto& [shape, pose, translation] = casts[i];
+        const auto alone = scene.world.cast_shape(*shape, pose, translation, filter);
+        ASSERT_EQ(hits[i].has_value(), alone.has_value()) << "shape " << i;
+        ASSERT_TRUE(!alone || same(*hits[i], *alone)) << "shape " << i;
+        ASSERT_EQ(found[i], scene.world.overlap_shape(*shape, pose, filter)) << "shape " << i;
+        hits_of_all += alone.has_value(), overlaps_of_all += found[i].size();
+      }
+      scene.change(static_cast<int>(scene.random() % 5));
+    }
+  }
+  EXPECT_GT(hits_of_all, 1500u);
+  EXPECT_GT(overlaps_of_all, 300u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Simulators, ManyRays,

@@ -238,6 +238,15 @@ TEST(World, RefusesBadQueries) {
   const Ray rays[] = {{{}, down}, {{}, {}}};
   refused("ray 1: cast rays: the translation is zero", [&] { world.cast_rays(rays, hits); });
   refused("2 rays and room for 1 hits", [&] { world.cast_rays(rays, std::span(hits).first(1)); });
+  const Shape ball = sphere(1);
+  std::vector<ShapeCast> casts{{&ball, {}, {1, 0, 0}}, {&ball, {}, {}}};
+  refused("shape 1: cast shapes: the translation is zero", [&] { world.cast_shapes(casts, hits); });
+  refused("2 shapes and room for 1 hits", [&] { world.cast_shapes(casts, std::span(hits).first(1)); });
+  std::vector<std::vector<BodyId>> found(2);
+  world.overlap_shapes(casts, found);
+  refused("2 shapes and room for 1 lists", [&] { world.overlap_shapes(casts, std::span(found).first(1)); });
+  casts[0].shape = nullptr;
+  refused("shape 0: overlap shapes: there is no shape", [&] { world.overlap_shapes(casts, found); });
   refused("cast shape: the position", [&] { (void)world.cast_shape(sphere(1), {bad, 0, {}}, down); });
   refused("cast shape: the translation is zero", [&] { (void)world.cast_shape_all(sphere(1), {}, {}); });
   refused("cast shape: the box's smallest half extent", [&] { (void)world.cast_shape(Shape{}, {}, down); });

@@ -31,6 +31,13 @@ struct Ray {
   Vec3 translation;  ///< m; its length is that of the ray
 };
 
+/// A convex shape somewhere, and where it goes; one shape may serve many.
+struct ShapeCast {
+  const Shape* shape = nullptr;  ///< not null
+  Pose pose;
+  Vec3 translation;  ///< m; ignored by `World::overlap_shapes`
+};
+
 /// `CastHit::triangle` if the body is neither a mesh nor a height field.
 inline constexpr std::uint32_t no_triangle = 0xffffffff;
 

@@ -386,10 +386,17 @@ class FATHOM_API World {
   /// All hits along the path, each as if the others were absent, nearest first.
   std::vector<CastHit> cast_shape_all(const Shape& shape, const Pose& pose, Vec3 translation,
                                       const QueryFilter& filter = {}) const;
+  /// Overwrites hits[i] with `cast_shape` of casts[i], on the world's threads; with the device simulator, or if the
+  /// filter has a callback, on the caller's. Throws if the sizes differ.
+  void cast_shapes(std::span<const ShapeCast> casts, std::span<std::optional<CastHit>> hits,
+                   const QueryFilter& filter = {}) const;
   /// Bodies whose tight bounds overlap the box, ascending.
   std::vector<BodyId> overlap_aabb(const Aabb& box, const QueryFilter& filter = {}) const;
   /// Bodies that the placed shape touches or overlaps, ascending.
   std::vector<BodyId> overlap_shape(const Shape& shape, const Pose& pose, const QueryFilter& filter = {}) const;
+  /// Overwrites found[i] with `overlap_shape` of shapes[i], as `cast_shapes` does.
+  void overlap_shapes(std::span<const ShapeCast> shapes, std::span<std::vector<BodyId>> found,
+                      const QueryFilter& filter = {}) const;
   /// The closest points of the placed shape (a) and a body (b).
   ClosestPoints closest_points(const Shape& shape, const Pose& pose, BodyId body) const;
   /// The closest points of two bodies.

@@ -300,7 +300,7 @@ void NativeSimulator::divide_query(std::size_t count, const std::function<void(s
   if (!lock) return run(0, count);
   const int before = pool_.thread_count();
   pool_.use(pool_.size());
-  pool_.for_each_part(count, min_rays_of_part, run);
+  pool_.for_each_part(count, min_queries_of_part, run);
   pool_.use(before);
 }
 

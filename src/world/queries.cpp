@@ -65,6 +65,17 @@ class Query {
   /// The nearest hits of many rays.
   void cast(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits) const;
 
+  /// Calls act(i) for all of `count` queries, on the world's threads unless the filter has a callback, which is called
+  /// on the caller's thread alone.
+  template <class Act>
+  void divide(std::size_t count, const Act& act) const {
+    const auto one_by_one = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) act(i);
+    };
+    if (filter_.accepts) return one_by_one(0, count);
+    simulator_.divide_query(count, one_by_one);
+  }
+
   /// All hits, nearest first.
   template <class Meet>
   std::vector<CastHit> all(const MovingBox& box, const Meet& meet) const {
@@ -88,6 +99,12 @@ class Query {
     });
     std::ranges::sort(ids, {}, &BodyId::index);
     return ids;
+  }
+
+  /// Bodies that the shape touches or overlaps, ascending.
+  std::vector<BodyId> touching(const PlacedShape& shape) const {
+    return overlaps(box_of(shape, {}),
+                    [&](const Geometry& other, const Pose& at) { return touches(shape, other, at); });
   }
 
   const Geometry& geometry(std::uint32_t slot) const { return bodies_[slot].geometry; }
@@ -127,11 +144,8 @@ class Query {
 };
 
 void Query::cast(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits) const {
-  const auto one_by_one = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) hits[i] = nearest(box_of(rays[i]), meeting(rays[i]));
-  };
-  // The filter's callback is called on the caller's thread alone.
-  if (filter_.accepts) return one_by_one(0, rays.size());
+  const auto cast_one = [&](std::size_t i) { hits[i] = nearest(box_of(rays[i]), meeting(rays[i])); };
+  if (filter_.accepts) return divide(rays.size(), cast_one);
   std::vector<std::uint32_t> ignored;
   for (const BodyId id : filter_.ignored) ignored.push_back(id.index);
   std::ranges::sort(ignored);
@@ -140,7 +154,7 @@ void Query::cast(std::span<const Ray> rays, std::span<std::optional<CastHit>> hi
       hits[first + i] =
           found[i].slot == RayHit::nothing ? std::nullopt : std::optional(cast_hit(found[i].slot, found[i].hit));
   };
-  if (!simulator_.cast_rays({rays, sight_of(filter_), ignored}, take)) simulator_.divide_query(rays.size(), one_by_one);
+  if (!simulator_.cast_rays({rays, sight_of(filter_), ignored}, take)) divide(rays.size(), cast_one);
 }
 
 void check_translation(Vec3 translation, const std::string& action) {
@@ -165,6 +179,34 @@ PlacedShape checked(const Shape& shape, const Pose& pose, const char* action) {
   if (shape.compound) refuse(std::string(action) + ": the shape is a compound; ask with each of its children");
   check_pose(pose, action);
   return {geometry(shape), pose};
+}
+
+void check_sizes(std::size_t asked, const char* what, std::size_t room, const char* answers, const char* action) {
+  if (asked == room) return;
+  refuse(std::string(action) + ": there are " + std::to_string(asked) + " " + what + " and room for " +
+         std::to_string(room) + " " + answers + "; give as many of each");
+}
+
+/// Calls check(i) for all of `count` arguments; an error names the one that it is about.
+template <class Check>
+void check_each(std::size_t count, const char* what, const Check& check) {
+  std::size_t i = 0;
+  try {
+    for (; i < count; ++i) check(i);
+  } catch (const Error& error) {
+    throw Error(error.code(), std::string(what) + " " + std::to_string(i) + ": " + error.what());
+  }
+}
+
+std::vector<PlacedShape> checked(std::span<const ShapeCast> casts, bool are_moving, const char* action) {
+  std::vector<PlacedShape> shapes;
+  shapes.reserve(casts.size());
+  check_each(casts.size(), "shape", [&](std::size_t i) {
+    if (!casts[i].shape) refuse(std::string(action) + ": there is no shape; set ShapeCast::shape");
+    shapes.push_back(checked(*casts[i].shape, casts[i].pose, action));
+    if (are_moving) check_translation(casts[i].translation, action);
+  });
+  return shapes;
 }
 
 /// `s` is relative to a shape at position `at`.
@@ -210,14 +252,10 @@ std::vector<CastHit> World::cast_ray_all(Vec3 origin, Vec3 translation, const Qu
 
 void World::cast_rays(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits,
                       const QueryFilter& filter) const {
-  if (rays.size() != hits.size())
-    refuse("cast rays: there are " + std::to_string(rays.size()) + " rays and room for " + std::to_string(hits.size()) +
-           " hits; give as many of each");
-  for (std::size_t i = 0; i < rays.size(); ++i) try {
-      if (!is_valid(rays[i])) check_ray(rays[i], "cast rays");
-    } catch (const Error& error) {
-      throw Error(error.code(), "ray " + std::to_string(i) + ": " + error.what());
-    }
+  check_sizes(rays.size(), "rays", hits.size(), "hits", "cast rays");
+  check_each(rays.size(), "ray", [&](std::size_t i) {
+    if (!is_valid(rays[i])) check_ray(rays[i], "cast rays");
+  });
   Query(*simulator_, filter, "cast rays").cast(rays, hits);
 }
 
@@ -235,6 +273,17 @@ std::vector<CastHit> World::cast_shape_all(const Shape& shape, const Pose& pose,
   return Query(*simulator_, filter, "cast shape").all(box_of(moving, translation), meeting(moving, translation));
 }
 
+void World::cast_shapes(std::span<const ShapeCast> casts, std::span<std::optional<CastHit>> hits,
+                        const QueryFilter& filter) const {
+  check_sizes(casts.size(), "shapes", hits.size(), "hits", "cast shapes");
+  const std::vector<PlacedShape> shapes = checked(casts, true, "cast shapes");
+  const Query query(*simulator_, filter, "cast shapes");
+  query.divide(casts.size(), [&](std::size_t i) {
+    const Vec3 translation = casts[i].translation;
+    hits[i] = query.nearest(box_of(shapes[i], translation), meeting(shapes[i], translation));
+  });
+}
+
 std::vector<BodyId> World::overlap_aabb(const Aabb& box, const QueryFilter& filter) const {
   check_finite(box.lower, "overlap", "the box's lower corner");
   check_finite(box.upper, "overlap", "the box's upper corner");
@@ -247,10 +296,15 @@ std::vector<BodyId> World::overlap_aabb(const Aabb& box, const QueryFilter& filt
 }
 
 std::vector<BodyId> World::overlap_shape(const Shape& shape, const Pose& pose, const QueryFilter& filter) const {
-  const PlacedShape placed = checked(shape, pose, "overlap");
-  return Query(*simulator_, filter, "overlap").overlaps(box_of(placed, {}), [&](const Geometry& other, const Pose& at) {
-    return touches(placed, other, at);
-  });
+  return Query(*simulator_, filter, "overlap").touching(checked(shape, pose, "overlap"));
+}
+
+void World::overlap_shapes(std::span<const ShapeCast> shapes, std::span<std::vector<BodyId>> found,
+                           const QueryFilter& filter) const {
+  check_sizes(shapes.size(), "shapes", found.size(), "lists", "overlap shapes");
+  const std::vector<PlacedShape> placed = checked(shapes, false, "overlap shapes");
+  const Query query(*simulator_, filter, "overlap shapes");
+  query.divide(placed.size(), [&](std::size_t i) { found[i] = query.touching(placed[i]); });
 }
 
 ClosestPoints World::closest_points(const Shape& shape, const Pose& pose, BodyId body) const {
