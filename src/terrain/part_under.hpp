@@ -8,10 +8,8 @@ namespace fathom {
 
 struct PointUnder {
   Vec3 at;
-  float height = 3e38f;  ///< m, over the triangle's plane
+  float height = 3e38f;  ///< m, over the triangle's plane; so high if there is none
   std::uint32_t feature = 0;
-
-  FATHOM_HD bool exists() const { return height < 3e38f; }
 };
 
 /// Of the part of `shape` whose projection along the normal lies in the triangle. It is where an edge of the shape ends

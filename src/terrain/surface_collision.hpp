@@ -82,12 +82,12 @@ struct TrianglesAround {
     });
     if (behind < depth * depth || !is_behind(in_front, behind)) return false;
     SurfaceTriangle nearest;
-    surface.any_in(box, [&](std::uint32_t number) {
+    const bool is_found = surface.any_in(box, [&](std::uint32_t number) {
       if (point_by(number, point).squares > behind) return false;
       nearest = triangle(number);
       return true;
     });
-    return continues_at(nearest, point);
+    return is_found && continues_at(nearest, point);
   }
 
  private:
