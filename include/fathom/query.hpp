@@ -34,8 +34,8 @@ struct Ray {
 /// A convex shape somewhere, and where it goes; one shape may serve many.
 struct ShapeCast {
   const Shape* shape = nullptr;  ///< not null
-  Pose pose;
-  Vec3 translation;  ///< m; ignored by `World::overlap_shapes`
+  Pose pose;                     ///< m, world; where it is, or begins
+  Vec3 translation;              ///< m; ignored by `World::overlap_shapes`
 };
 
 /// `CastHit::triangle` if the body is neither a mesh nor a height field.
