@@ -96,6 +96,7 @@ struct ContactOf {
   L bounce, acceleration, overlap, nearest, held, given;
   L rolling_length;
   Vec rolling, surfaces;
+  L grain_1, grain_2;
 
   static constexpr int end() { return max_manifold_points; }
   static constexpr bool has(int) { return true; }
@@ -234,6 +235,8 @@ class LaneLaws : public testing::Test {
     c.bounce = flag() * uniform(0, 1), c.acceleration = uniform(-10, 10), c.overlap = flag() * magnitude(-3, -1);
     c.held = flag() * uniform(0, 1), c.rolling_length = flag() * magnitude(-3, -1);
     c.rolling = flag() * vector(-2, 0), c.surfaces = flag() * vector(-1, 0.5f);
+    const float grain = flag() * uniform(0, 1), towards = uniform(0, 2 * pi);
+    c.grain_1 = grain * std::cos(towards), c.grain_2 = grain * std::sin(towards);
     return c;
   }
 
@@ -364,6 +367,26 @@ void rub(Contact& c, JointBodies<SymMat3>& bodies, float h) {
                          [&](Vec3 slide) { return slide + fathom::carried_slide(bodies, axes, h) + c.surfaces; });
 }
 
+/// Friction that depends on direction.
+HWY_ATTR void rub_along_grain(ContactV& c, BodiesV& bodies) {
+  struct Effect {
+    const ContactV& contact;
+    HWY_ATTR Vec3V<V> operator()(Vec3V<V> slide) const { return slide + contact.surfaces; }
+    HWY_ATTR bool limits_by_direction() const { return true; }
+    HWY_ATTR void limit(V most, V wanted_1, V wanted_2, FrictionImpulse<V>& now) const {
+      limit_to_ellipse(contact.grain_1, contact.grain_2, most, wanted_1, wanted_2, now);
+    }
+  };
+  sweep_friction(c, c.axes(), bodies, Effect{c});
+}
+void rub_along_grain(Contact& c, JointBodies<SymMat3>& bodies) {
+  const fathom::ContactSurface surface{c.surfaces, c.grain_1, c.grain_2};
+  struct Effect : fathom::SurfaceEffect {
+    bool limits_by_direction() const { return true; }
+  };
+  fathom::sweep_friction(c, c.axes(), bodies, Effect{{&surface}});
+}
+
 HWY_ATTR void roll(ContactV& c, BodiesV& bodies) {
   c.rolling = solve_rolling(bodies, c.rolling_length, total_impulse<V>(c), c.rolling);
 }
@@ -379,6 +402,7 @@ constexpr auto all_of_a_contact = [](auto& c, auto& bodies, auto h) HWY_ATTR {
   push<1>(c, bodies, h);  // relax
   rub(c, bodies, h);
   roll(c, bodies);
+  rub_along_grain(c, bodies);
   rub(c, bodies, h);
   push<2>(c, bodies, h);  // of the solver `impulse`
 };

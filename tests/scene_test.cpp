@@ -113,6 +113,8 @@ friction_rule = "minimum"
 restitution_rule = "average"
 rolling_resistance = 0.03
 surface_velocity = [1, 0, -2]
+friction_axis = [0, 1, 0]
+friction_along = 0.25
 [shapes.crate]
 type = "box"
 half_extents = [0.5, 0.25, 1]
@@ -148,6 +150,8 @@ inertia = [1, 2, 3]
   EXPECT_EQ(body.material.restitution_rule, CombineRule::average);
   EXPECT_EQ(body.material.rolling_resistance, 0.03f);
   EXPECT_TRUE(body.material.surface_velocity == (Vec3{1, 0, -2}));
+  EXPECT_TRUE(body.material.friction_axis == (Vec3{0, 1, 0}));
+  EXPECT_EQ(body.material.friction_along, 0.25f);
   EXPECT_EQ(body.motion, MotionType::kinematic);
   EXPECT_TRUE(body.pose.position == (Vec3{1, 2, 3}));
   EXPECT_EQ(body.pose.rotation.z, 1.0f);
@@ -249,7 +253,7 @@ TEST(SceneFile, WrongKeysAreNamedWithTheNearestRightOne) {
       {body_with("weight = 1"), "scene.toml:3:1: unknown key 'weight' in [[body]]; known: name, motion, "},
       {"[materials.ice]\nzzzzzz = 1\n" + body_with(""),
        "scene.toml:2:1: unknown key 'zzzzzz' in [materials.ice]; known: friction, restitution, friction_rule, "
-       "restitution_rule, rolling_resistance, surface_velocity"},
+       "restitution_rule, rolling_resistance, surface_velocity, friction_axis, friction_along"},
       {"[shapes.ball]\ntype = \"sphere\"\nradius = 1\nhalf_length = 2\n" + body_with(""),
        "scene.toml:4:1: unknown key 'half_length' in [shapes.ball]; known: type, radius"},
       // The first in the file, not the first in alphabetical order.
@@ -557,6 +561,8 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "restitution_rule",
                           "rolling_resistance",
                           "surface_velocity",
+                          "friction_axis",
+                          "friction_along",
                           "radius",
                           "half_length",
                           "half_extents",

@@ -44,6 +44,14 @@ struct Material {
   /// Friction brings bodies on the surface to this velocity and reacts on the body: one that is free to move drives off
   /// the opposite way.
   Vec3 surface_velocity{};
+  /// Anisotropic friction, as of skis, runners and treads. If this is a unit vector, `friction` acts across it and
+  /// `friction_along` along it, and what is in between lies on an ellipse; zero: `friction` acts in all directions. In
+  /// the body's axes, or in those of the compound's child with this material. Where it is oblique to the contact's
+  /// plane, its projection counts, and the coefficient along that passes from `friction_along` to `friction` with the
+  /// squared sine of the angle. The two materials of a contact combine along and across the more anisotropic one's
+  /// axis.
+  Vec3 friction_axis{};
+  float friction_along = 0.5f;  ///< Coulomb coefficient along `friction_axis`, ≥ 0
 };
 
 /// Two bodies of the same non-zero group collide if it is positive and do not if it is negative, whatever their masks.

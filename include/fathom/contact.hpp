@@ -69,7 +69,9 @@ struct PreSolveContact {
 
   /// False: the bodies do not collide in this step, and events do not count them as touching.
   bool enabled = true;
-  float friction = 0;     ///< combined Coulomb coefficient, ≥ 0
+  /// Combined Coulomb coefficient, ≥ 0. Where friction depends on direction (`Material::friction_axis`) it is the
+  /// largest possible one; if the callback changes it, the new one acts in all directions.
+  float friction = 0;
   float restitution = 0;  ///< 0 … 1, combined
   /// Velocity of b's surface relative to a's, without the motion of the bodies (m/s, world axes, at most 1e6); from
   /// both materials (`Material::surface_velocity`).

@@ -29,13 +29,14 @@ enum BodyBits : std::uint32_t {
   can_sleep_bit = 16,
   filtered_bit = 32,  ///< its filter may keep others out
   bullet_bit = 64,
-  moving_surface_bit = 128,  ///< it has a surface velocity
+  moving_surface_bit = 128,  ///< its surface has a velocity
   shape_shift = 8,           ///< ShapeType
   shape_bits = 7,
   friction_rule_shift = 12,
   restitution_rule_shift = 16,
   rule_bits = 15,
-  child_bit = 1 << 20,  ///< the index holds no body but a child of a compound (pieces.hpp)
+  child_bit = 1 << 20,          ///< the index holds no body but a child of a compound (pieces.hpp)
+  friction_axis_bit = 1 << 21,  ///< its friction depends on direction
 };
 
 /// Data of a body that steps only read: four quads.
@@ -60,16 +61,38 @@ struct alignas(16) BodyConstants {
   FATHOM_HD bool is_isotropic() const { return bits & isotropic_bit; }
   FATHOM_HD bool is_bullet() const { return bits & bullet_bit; }
   FATHOM_HD bool has_moving_surface() const { return bits & moving_surface_bit; }
+  FATHOM_HD bool has_friction_axis() const { return bits & friction_axis_bit; }
   FATHOM_HD bool is_filtered() const { return bits & filtered_bit; }
   FATHOM_HD bool is_child() const { return bits & child_bit; }
   FATHOM_HD bool is_compound() const { return shape() == ShapeType::compound; }
   FATHOM_HD bool is_surface() const { return shape() == ShapeType::mesh || shape() == ShapeType::height_field; }
+  FATHOM_HD CombineRule friction_rule() const {
+    return static_cast<CombineRule>(bits >> friction_rule_shift & rule_bits);
+  }
+  FATHOM_HD CombineRule restitution_rule() const {
+    return static_cast<CombineRule>(bits >> restitution_rule_shift & rule_bits);
+  }
   FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & shape_bits); }
 };
 static_assert(sizeof(BodyConstants) == 64);
 
 FATHOM_HD float half_thickness(const BodyConstants& c) {
   return half_thickness(c.shape(), c.half_extents, c.shape_radius);
+}
+
+/// What few surfaces have.
+struct alignas(16) SurfaceTraits {
+  Vec3 velocity;  ///< m/s, body axes
+  float friction_along = 0;
+  Vec3 friction_axis;  ///< body axes
+  float unused = 0;
+};
+
+inline SurfaceTraits traits_of(const Material& m) { return {m.surface_velocity, m.friction_along, m.friction_axis, 0}; }
+/// `moving_surface_bit` and `friction_axis_bit` of a body with this material.
+inline std::uint32_t trait_bits(const Material& m) {
+  return (m.surface_velocity == Vec3{} ? 0u : 1u * moving_surface_bit) |
+         (m.friction_axis == Vec3{} ? 0u : 1u * friction_axis_bit);
 }
 
 /// A body's filter without its group.
@@ -169,7 +192,7 @@ struct HullRecord {
 /// A bit for each type of shape.
 FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << static_cast<std::uint32_t>(type); }
 /// In addition: there are bullets, or surfaces that move relative to their bodies.
-inline constexpr std::uint32_t bullets_bit = 1u << 31, moving_surfaces_bit = 1u << 30;
+inline constexpr std::uint32_t bullets_bit = 1u << 31, traits_bit = 1u << 30;
 /// Several fixed bodies have faces.
 inline constexpr std::uint32_t seams_bit = 1u << 29;
 
@@ -221,8 +244,8 @@ struct Bodies {
   Of<FilterMasks, body_data> filters;  ///< read if one of two bodies `is_filtered`
   Of<Force, body_data> forces;
   Of<Pose, body_data> targets;  ///< poses of kinematic bodies at the end of the step
-  Of<Vec3, body_data>
-      surface_velocities;  ///< m/s, body axes, for bodies with `has_moving_surface`; null if there never were any
+  /// Of bodies with `has_moving_surface` or `has_friction_axis`; null if there never were any.
+  Of<SurfaceTraits, body_data> traits;
   Of<Pose, body_data> child_poses;  ///< of children in their compounds; null if there never were any
   HullArrays hulls;
   const SurfaceView* surfaces;

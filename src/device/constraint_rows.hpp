@@ -33,7 +33,7 @@ FATHOM_HD bool is_joint(std::uint32_t bits) { return (bits & point_bits) == poin
 template <BodyPart... written>
 FATHOM_HD Vec3 surface_velocity(const Bodies<written...>& bodies, std::uint32_t i) {
   if (!bodies.constants[i].has_moving_surface()) return {};
-  return rotate(bodies.poses[i].rotation, bodies.surface_velocities[i]);
+  return rotate(bodies.poses[i].rotation, bodies.traits[i].velocity);
 }
 /// Contribution of the surfaces in a contact to the sliding velocity of B against A (m/s, world axes).
 template <BodyPart... written>
@@ -42,6 +42,26 @@ FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const Contact& c)
   const Material* const own = own_material(bodies, c);
   return surface_velocity(bodies, b) -
          (own ? rotate(bodies.poses[a].rotation, own->surface_velocity) : surface_velocity(bodies, a));
+}
+
+/// Friction of piece i with an axis of its own.
+template <BodyPart... written>
+FATHOM_HD SideFriction friction_of(const Bodies<written...>& bodies, std::uint32_t i) {
+  const BodyConstants& c = bodies.constants[i];
+  const SurfaceTraits traits = c.has_friction_axis() ? bodies.traits[i] : SurfaceTraits{};
+  return side_friction(c.friction, traits.friction_along, c.friction_rule(), traits.friction_axis,
+                       bodies.poses[i].rotation);
+}
+FATHOM_HD SideFriction friction_of(const Material& m, Quat rotation) {
+  return side_friction(m.friction, m.friction_along, m.friction_rule, m.friction_axis, rotation);
+}
+/// The friction of a contact `by_direction` with this normal (world axes).
+template <BodyPart... written>
+FATHOM_HD FrictionEllipse friction_ellipse(const Bodies<written...>& bodies, const Contact& c, Vec3 normal) {
+  const auto [a, b] = pieces_of(bodies, c);
+  const Material* const own = own_material(bodies, c);
+  return friction_ellipse(own ? friction_of(*own, bodies.poses[a].rotation) : friction_of(bodies, a),
+                          friction_of(bodies, b), normal);
 }
 
 /// Start of the rows of constraint k; row r is 32·r quads further.

@@ -45,6 +45,7 @@ enum ContactBits : std::uint32_t {
   // Bits 20 to 23 are those of `touch_halvings_shift`.
   with_surface_bit = 0x1000000,  ///< A is a surface: the pair's patches have contacts of their own (surfaces.hpp)
   patch_bit = 0x2000000,         ///< one of those contacts
+  by_direction_bit = 0x4000000,  ///< its friction depends on direction; set once the contact has touched
 };
 
 struct alignas(16) Contact {
@@ -83,6 +84,7 @@ struct alignas(16) Contact {
   FATHOM_HD bool ahead() const { return bits & ahead_bit; }
   FATHOM_HD bool apart() const { return bits & apart_bit; }
   FATHOM_HD bool on_moving_surface() const { return bits & on_moving_surface_bit; }
+  FATHOM_HD bool by_direction() const { return bits & by_direction_bit; }
   FATHOM_HD std::uint32_t colour() const { return bits & colour_bits; }
   FATHOM_HD void set_colour(std::uint32_t colour) { bits = (bits & ~colour_bits) | colour; }
 };
@@ -327,11 +329,10 @@ enum ConstraintExtras : std::uint32_t {
   all_extras = 3,
 };
 
-/// Additional rows of a contact with rolling resistance or a moving surface.
+/// Additional rows of a contact with rolling resistance or a `ContactSurface`.
 struct alignas(16) ContactExtras {
-  RollRow roll;        ///< zero length without rolling resistance
-  Vec3 surface_slide;  ///< m/s, world axes; 0 if no surface moves
-  float unused = 0;
+  RollRow roll;  ///< zero length without rolling resistance
+  ContactSurface surface;
 };
 
 /// The bodies of a constraint, by device index, and its kind.

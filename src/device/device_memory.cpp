@@ -11,7 +11,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       filters_(m),
       forces_(m),
       targets_(m),
-      surface_velocities_(m),
+      traits_(m),
       poses_(m),
       child_poses_(m),
       before_(m),
@@ -62,14 +62,14 @@ void BodyMemory::reserve(std::size_t bodies) {
   fast_.grow(bodies, exec::Contents::keep);
   if (ends_.size() > 0) ends_.grow(bodies);
   if (fixed_contact_.size() > 0) fixed_contact_.grow(bodies);
-  if (surface_velocities_.size() > 0) surface_velocities_.grow(bodies, exec::Contents::keep);
+  if (traits_.size() > 0) traits_.grow(bodies, exec::Contents::keep);
   if (child_poses_.size() > 0) child_poses_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 
 void BodyMemory::reserve_for_bullets() { ends_.grow(capacity_); }
 void BodyMemory::reserve_for_seams() { fixed_contact_.grow(capacity_); }
-void BodyMemory::reserve_for_surfaces() { surface_velocities_.grow(capacity_, exec::Contents::keep); }
+void BodyMemory::reserve_for_traits() { traits_.grow(capacity_, exec::Contents::keep); }
 void BodyMemory::reserve_for_compounds() { child_poses_.grow(capacity_, exec::Contents::keep); }
 
 BodyArrays BodyMemory::arrays() {
@@ -79,7 +79,7 @@ BodyArrays BodyMemory::arrays() {
           .filters = filters_.data(),
           .forces = forces_.data(),
           .targets = targets_.data(),
-          .surface_velocities = surface_velocities_.data(),
+          .traits = traits_.data(),
           .child_poses = child_poses_.data(),
           .hulls = hulls,
           .surfaces = surfaces,

@@ -41,7 +41,7 @@ class BodyMemory {
   /// What only seams need.
   void reserve_for_seams();
   /// What only moving surfaces need.
-  void reserve_for_surfaces();
+  void reserve_for_traits();
   /// What only compounds need.
   void reserve_for_compounds();
   /// Bodies that fit in every buffer; unchanged if `reserve` throws.
@@ -71,7 +71,7 @@ class BodyMemory {
   exec::Buffer<FilterMasks> filters_;
   exec::Buffer<Force> forces_;
   exec::Buffer<Pose> targets_;
-  exec::Buffer<Vec3> surface_velocities_;
+  exec::Buffer<SurfaceTraits> traits_;
   exec::Buffer<Pose> poses_, child_poses_, before_, ends_;
   exec::Buffer<Velocity> velocities_;
   exec::Buffer<std::uint32_t> flags_;

@@ -377,7 +377,7 @@ class DeviceSimulator final : public Simulator {
   exec::Traffic newest_traffic_;
   exec::Traffic counted_;                           // up to the last submission
   bool may_bounce_ = false;                         // some material has a restitution above zero
-  bool any_extras_ = false;                         // some material has a rolling resistance or a moving surface
+  bool any_extras_ = false;                         // some material has a rolling resistance or `SurfaceTraits`
   std::uint32_t fixed_slot_ = none;                 // of the last fixed body with faces
   std::uint32_t shapes_ = 0, recorded_shapes_ = 0;  // see StepSettings::shapes; the second is that of the graphs
   bool profile_is_current_ = false;

@@ -148,7 +148,7 @@ void DeviceSimulator<D>::make_room() {
       body_memory_.reserve_for_seams();
       contact_memory_.reserve_for_seams();
     }
-    if (shapes_ & moving_surfaces_bit) body_memory_.reserve_for_surfaces();
+    if (shapes_ & traits_bit) body_memory_.reserve_for_traits();
     if (has_compounds()) body_memory_.reserve_for_compounds();
     if (has_surfaces())
       contact_memory_.reserve_for_surfaces(device_.info().backend == exec::Backend::host ? surface_workers_of_host

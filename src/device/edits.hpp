@@ -62,8 +62,8 @@ struct alignas(16) BodyData {
   Velocity velocity{};        ///< of a body that is added
   std::uint32_t changes = 0;  ///< `Changes` to note when constants change
   std::uint32_t slot = none;  ///< of a body that is added
-  Vec3 surface_velocity;      ///< m/s, body axes
-  float unused[3] = {};
+  std::uint32_t unused[2] = {};
+  SurfaceTraits traits{};
 };
 
 /// `v` after an impulse and an angular impulse.
@@ -225,7 +225,7 @@ struct ApplyEdits {
   }
 
   FATHOM_HD void set_surface(std::uint32_t i, const BodyData& body) const {
-    if (body.constants.has_moving_surface()) bodies.surface_velocities[i] = body.surface_velocity;
+    if (body.constants.has_moving_surface() || body.constants.has_friction_axis()) bodies.traits[i] = body.traits;
   }
 
   FATHOM_HD void remove(std::uint32_t i) const {

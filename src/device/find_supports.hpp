@@ -9,6 +9,7 @@
 #include "device/support_factors.hpp"
 #include "device/tuning.hpp"
 #include "device/union_find.hpp"
+#include "dynamics/moving_surface.hpp"
 #include "exec/bits.hpp"
 #include "exec/kernel.hpp"
 
@@ -220,7 +221,7 @@ struct FindSupports {
   FATHOM_HD bool may_be_base(std::uint32_t k, const Contact& c) const {
     if (!c.fixed_a() || bodies.constants[c.b].has_moving_surface()) return false;
     const Quad* const rows = rows_of(constraints, k);
-    return is_along_surface(constraints.extras[k].surface_slide, rows[0].xyz());
+    return is_along_surface(constraints.extras[k].surface.slide, rows[0].xyz());
   }
   /// Notes that the bodies of constraint k do not move as one with what their structure rests on.
   FATHOM_HD void split(std::uint32_t k, const Contact& c) const {

@@ -63,7 +63,7 @@ struct MarkOverload {
   /// Whether the bodies' relative speed exceeds `limit` (m/s).
   FATHOM_HD bool is_moving(std::uint32_t k, const ConstraintHead& head, float limit) const {
     Vec3 speed = bodies.solver[head.b].linear.xyz() - bodies.solver[head.a].linear.xyz();
-    if (head.has(row_extra)) speed += constraints.extras[k].surface_slide;
+    if (head.has(row_extra)) speed += constraints.extras[k].surface.slide;
     return !(length_squared(speed) <= limit * limit);
   }
   /// Momentum (N·s) gained by the body, with its inertia in this step.

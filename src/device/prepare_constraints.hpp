@@ -81,6 +81,17 @@ struct PrepareConstraints {
     if (contact.ahead()) nearest = count_back(time, both, made);
     const ContactAxes axes = made.axes();
     look_at_touch(contact, nearest, approaches(axes.velocity(both), made.points, made.count, hit_threshold));
+    const bool rolls = contact.round() && m.rolling_length() > 0;
+    const bool is_special = rolls || contact.on_moving_surface() || contact.by_direction();
+    if (is_special) {
+      ContactExtras extras{rolls ? roll_row(m, axes) : RollRow{}, {surface_slide(bodies, contact)}};
+      if (contact.by_direction()) {
+        const FrictionEllipse ellipse = friction_ellipse(bodies, contact, axes.n);
+        made.frame.friction.coefficient = ellipse.coefficient;
+        extras.surface.set_grain(ellipse, axes);
+      }
+      constraints.extras[k] = extras;
+    }
     Quad* const rows = rows_of(constraints, k);
     store_frame(rows, made.frame);
     for (int i = 0; i < max_manifold_points; ++i)
@@ -97,8 +108,6 @@ struct PrepareConstraints {
                                  (both.a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
       constraints.bounces[k] = row;
     }
-    const bool rolls = contact.round() && m.rolling_length() > 0, is_special = rolls || contact.on_moving_surface();
-    if (is_special) constraints.extras[k] = {rolls ? roll_row(m, axes) : RollRow{}, surface_slide(bodies, contact)};
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     bits |= ranks_of(pair, contact.colour());
     const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u);

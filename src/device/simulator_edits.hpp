@@ -72,7 +72,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
     c.hull = children_of(slot);
     c.link = indices_.first_child(slot);
     for (const ChildShape& child : info.geometry.compound().children())
-      if (child.material && !(child.material->surface_velocity == Vec3{})) c.bits |= moving_surface_bit;
+      if (child.material) c.bits |= trait_bits(*child.material);
   }
   d.tensors.inertia = info.inertia;
   d.tensors.inverse = info.inverse_inertia;
@@ -92,7 +92,8 @@ BodyData DeviceSimulator<D>::child_data(std::uint32_t slot, std::uint32_t child)
   if (piece.geometry.type == ShapeType::hull)
     c.hull = hull_memory_.index_of(info.geometry.compound().children()[child].shape.hull.get());
   d.pose = piece.pose;
-  d.surface_velocity = inverse_rotate(piece.pose.rotation, native::surface_velocity(info, child));
+  d.traits.velocity = inverse_rotate(piece.pose.rotation, native::surface_velocity(info, child));
+  d.traits.friction_axis = inverse_rotate(piece.pose.rotation, native::friction_axis(info, child));
   return d;
 }
 
@@ -102,8 +103,7 @@ BodyData DeviceSimulator<D>::surface_data(const BodyInfo& info, const Geometry& 
                                           const Filter& own_filter) {
   BodyData d;
   BodyConstants& c = d.constants;
-  const bool has_moving_surface = !(material.surface_velocity == Vec3{});
-  c.bits = static_cast<std::uint32_t>(info.motion) | (has_moving_surface ? moving_surface_bit : 0u) |
+  c.bits = static_cast<std::uint32_t>(info.motion) | trait_bits(material) |
            static_cast<std::uint32_t>(shape.type) << shape_shift |
            static_cast<std::uint32_t>(material.friction_rule) << friction_rule_shift |
            static_cast<std::uint32_t>(material.restitution_rule) << restitution_rule_shift;
@@ -119,17 +119,17 @@ BodyData DeviceSimulator<D>::surface_data(const BodyInfo& info, const Geometry& 
   c.friction = material.friction;
   c.restitution = material.restitution;
   d.tensors.rolling_resistance = material.rolling_resistance;
-  d.surface_velocity = material.surface_velocity;
+  d.traits = traits_of(material);
   return d;
 }
 
 /// Notes which parts of a step its contacts will need.
 template <exec::Device D>
 void DeviceSimulator<D>::note_material(const Material& material) {
-  const bool moves = !(material.surface_velocity == Vec3{});
-  shapes_ |= moves ? moving_surfaces_bit : 0u;
+  const bool has_traits = trait_bits(material) != 0;
+  shapes_ |= has_traits ? traits_bit : 0u;
   may_bounce_ = may_bounce_ || material.restitution > 0;
-  any_extras_ = any_extras_ || material.rolling_resistance > 0 || moves;
+  any_extras_ = any_extras_ || material.rolling_resistance > 0 || has_traits;
 }
 
 /// Number of children of the body in `slot`, 0 if it is no compound.

@@ -5,6 +5,7 @@
 #include "device/joint_arrays.hpp"
 #include "device/union_find.hpp"
 #include "dynamics/move_to.hpp"
+#include "dynamics/moving_surface.hpp"
 #include "dynamics/sleep.hpp"
 
 namespace fathom::device {

@@ -158,17 +158,17 @@ std::vector<BodyConstants> DeviceSimulator<D>::restore_bodies(ByteReader& in, co
   for (const BodyId id : bodies.living()) note_fixed(id.index);
   if (!is_on_device()) return constants;
   upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
-  std::vector<Vec3> surface_velocities(counters.bodies);
+  std::vector<SurfaceTraits> traits(counters.bodies);
   std::vector<Pose> child_poses(counters.bodies);
   for (std::uint32_t i = 0; i < counters.bodies; ++i) {
     const auto [slot, child] = names[i];
     if (slot == none) continue;
-    surface_velocities[i] = bodies[slot].material.surface_velocity;
+    traits[i] = traits_of(bodies[slot].material);
     if (child == none) continue;
     const BodyData data = child_data(slot, child);
-    child_poses[i] = data.pose, surface_velocities[i] = data.surface_velocity;
+    child_poses[i] = data.pose, traits[i] = data.traits;
   }
-  if (shapes_ & moving_surfaces_bit) upload(body_memory_.arrays().surface_velocities, surface_velocities);
+  if (shapes_ & traits_bit) upload(body_memory_.arrays().traits, traits);
   if (has_compounds()) upload(body_memory_.arrays().child_poses, child_poses);
   return constants;
 }

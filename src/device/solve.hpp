@@ -364,8 +364,8 @@ struct SolveConstraints {
     const bool from_zero = cursor.what == push_first;
     if (from_zero) contact.impulses = contact.impulses.cleared();
     RollRow roll;
-    SurfaceSlide surfaces;
-    if (head.has(row_extra)) roll = constraints.extras[k].roll, surfaces = {&constraints.extras[k].surface_slide};
+    SurfaceEffect surface;
+    if (head.has(row_extra)) roll = constraints.extras[k].roll, surface = {&constraints.extras[k].surface};
     const bool rolls = roll.length > 0;
     if (from_zero) roll.impulse = {};
     Quad* const rows = rows_of(constraints, k);
@@ -380,12 +380,12 @@ struct SolveConstraints {
       if (rolls) twist_apart(both, roll.impulse);
     } else if constexpr (what == bounce) {
       contact.bounce = constraints.bounces[k];
-      const Bounce<float> bounced = bounce_contact(contact, both, p.h, p.restitution_threshold, surfaces);
+      const Bounce<float> bounced = bounce_contact(contact, both, p.h, p.restitution_threshold, surface);
       if (!bounced.any) return;
       contact.impulses.step += bounced.impulse;
       if (bounce_index(cursor) < noted_bounce_sweeps) exec::atomic_store(counters->bounced[bounce_index(cursor)], 1u);
     } else {
-      sweep_contact<what>(head, contact, both, surfaces);
+      sweep_contact<what>(head, contact, both, surface);
       if (rolls && (what == relax || !p.soft))
         roll.impulse = solve_rolling(both, roll.length, contact.impulses.sum(), roll.impulse);
     }
@@ -410,11 +410,11 @@ struct SolveConstraints {
   /// Sweeps points and friction, in the order of the pass.
   template <What what, class Inertia>
   FATHOM_HD_INLINED void sweep_contact(const ConstraintHead& head, ContactRows& contact, ContactBodies<Inertia>& both,
-                                       SurfaceSlide surfaces) const {
+                                       SurfaceEffect surface) const {
     const bool fixed = head.bits & pushes_fixed_bit;
     const ContactAxes axes = contact.axes();
     const bool moves_as_told = fixed && !(both.a.linear == Vec3{} && both.a.angular == Vec3{});
-    const CarriedBySides<Inertia> carried{both, axes, moves_as_told, p.friction_lead, surfaces};
+    const CarriedBySides<Inertia> carried(surface, both, axes, moves_as_told, p.friction_lead);
     ContactStep step = contact_step(1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity);
     if (p.soft && head.held() > 0) {
       stiffen(head.held(), step);

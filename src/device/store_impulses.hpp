@@ -58,7 +58,7 @@ struct StoreImpulses {
     const auto speed = [&](std::uint32_t i) {
       return fastest_speed(bodies.constants[i].radius, bodies.solver[i].linear.xyz(), bodies.solver[i].angular.xyz());
     };
-    const float of_surfaces = constraints.heads[k].has(row_extra) ? length(constraints.extras[k].surface_slide) : 0.0f;
+    const float of_surfaces = constraints.heads[k].has(row_extra) ? length(constraints.extras[k].surface.slide) : 0.0f;
     return (speed(pair.a) + speed(pair.b) + of_surfaces) / bodies.constants[pair.b].inverse_mass;
   }
 

@@ -52,6 +52,10 @@ FATHOM_HD SupportRows load_support(const Constraints<written...>& constraints, s
   r.arm_upper = b_is_upper ? arms.b : arms.a;
   r.arm_lower = b_is_upper ? arms.a : arms.b;
   r.friction = q4.z;
+  if (constraints.heads[k].has(row_extra)) {
+    const ContactSurface& surface = constraints.extras[k].surface;
+    r.friction *= smallest_friction(surface.grain_1, surface.grain_2);
+  }
   r.twist_radius = q4.w;
   r.up = b_is_upper ? 1.0f : -1.0f;
   const std::uint32_t count = constraints.heads[k].bits & point_bits;

@@ -107,24 +107,32 @@ struct ContactChanges {
     wake(c.b);
   }
 
-  /// Without its surface velocity.
-  FATHOM_HD static Material material_of(const BodyConstants& body, float rolling_resistance) {
-    const auto rule = [&](std::uint32_t shift) { return static_cast<CombineRule>(body.bits >> shift & rule_bits); };
-    return {body.friction, body.restitution, rule(friction_rule_shift), rule(restitution_rule_shift),
-            rolling_resistance};
+  /// The largest friction of piece i in any direction.
+  FATHOM_HD float largest_friction(std::uint32_t i) const {
+    const BodyConstants& body = bodies.constants[i];
+    return body.has_friction_axis() ? max(body.friction, bodies.traits[i].friction_along) : body.friction;
+  }
+  /// Without its surface velocity; the friction is the largest in any direction.
+  FATHOM_HD Material material_of(std::uint32_t i) const {
+    const BodyConstants& body = bodies.constants[i];
+    return {largest_friction(i), body.restitution, body.friction_rule(), body.restitution_rule(),
+            bodies.tensors[i].rolling_resistance};
   }
   FATHOM_HD void mix(Contact& c, ContactManifold& m) const {
     const TouchingPieces pieces = pieces_of(bodies, c);
     const BodyConstants &a = bodies.constants[pieces.a], &b = bodies.constants[pieces.b];
     const Material* const own = own_material(bodies, c);
-    const Material of_a = own ? *own : material_of(a, bodies.tensors[pieces.a].rolling_resistance);
-    const Material of_b = material_of(b, bodies.tensors[pieces.b].rolling_resistance);
+    Material of_a = own ? *own : material_of(pieces.a);
+    if (own) of_a.friction = friction_of(*own, {}).largest();
+    const Material of_b = material_of(pieces.b);
     m.friction = combine(of_a.friction, of_b.friction, of_a.friction_rule, of_b.friction_rule);
     m.restitution = combine(of_a.restitution, of_b.restitution, of_a.restitution_rule, of_b.restitution_rule);
     if (m.restitution > 0) exec::atomic_store(counters->may_bounce, 1u);
-    c.bits &= ~static_cast<std::uint32_t>(on_moving_surface_bit);
+    c.bits &= ~static_cast<std::uint32_t>(on_moving_surface_bit | by_direction_bit);
     const bool a_moves = own ? !(own->surface_velocity == Vec3{}) : a.has_moving_surface();
     if (a_moves || b.has_moving_surface()) c.bits |= on_moving_surface_bit;
+    const bool a_has_axis = own ? !(own->friction_axis == Vec3{}) : a.has_friction_axis();
+    if (a_has_axis || b.has_friction_axis()) c.bits |= by_direction_bit;
     if (!c.round()) return;
     const auto radius = [](const BodyConstants& body) { return is_round(body.shape()) ? body.shape_radius : 0.0f; };
     set_round(m, radius(a), radius(b), of_a.rolling_resistance, of_b.rolling_resistance);

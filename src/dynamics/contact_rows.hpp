@@ -5,9 +5,9 @@
 #include <type_traits>
 
 #include "dynamics/contact_manifold.hpp"
+#include "dynamics/friction_by_direction.hpp"
 #include "dynamics/inverse_inertia.hpp"
 #include "dynamics/lane_scalar.hpp"
-#include "dynamics/moving_surface.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 
@@ -157,17 +157,41 @@ FATHOM_HD ContactStep contact_step(float inverse_substep, const Softness& softne
   return {inverse_substep, softness.bias_rate, softness.mass_scale, softness.impulse_scale, push_out_velocity, 0};
 }
 
-/// Adds the motion of moving surfaces, and `carried_slide` where A is kinematic.
+/// Data of a contact that few have: its surfaces move, or their friction depends on direction. Stored apart from the
+/// other rows.
+struct ContactSurface {
+  Vec3 slide;                      ///< added to B's sliding velocity against A (m/s, world axes)
+  float grain_1 = 0, grain_2 = 0;  ///< along t1 and t2 (dynamics/friction_by_direction.hpp)
+
+  FATHOM_HD void set_grain(const FrictionEllipse& ellipse, const ContactAxes& axes) {
+    grain_1 = dot(ellipse.grain, axes.t1), grain_2 = dot(ellipse.grain, axes.t2);
+  }
+};
+
+/// How a contact's surface changes its friction, if it has such data.
+struct SurfaceEffect {
+  const ContactSurface* surface = nullptr;
+
+  FATHOM_HD Vec3 operator()(Vec3 slide) const { return surface ? slide + surface->slide : slide; }
+  FATHOM_HD bool limits_by_direction() const { return surface && (surface->grain_1 != 0 || surface->grain_2 != 0); }
+  FATHOM_HD void limit(float most, float wanted_1, float wanted_2, FrictionImpulse<float>& now) const {
+    limit_to_ellipse(surface->grain_1, surface->grain_2, most, wanted_1, wanted_2, now);
+  }
+};
+
+/// The same, with `carried_slide` where A is kinematic.
 template <class Inertia>
-struct CarriedBySides {
+struct CarriedBySides : SurfaceEffect {
   const ContactBodies<Inertia>& bodies;
   const ContactAxes& axes;
   bool moves_as_told;
   float lead;
-  SurfaceSlide surfaces;
 
+  FATHOM_HD CarriedBySides(SurfaceEffect effect, const ContactBodies<Inertia>& both, const ContactAxes& of_contact,
+                           bool as_told, float time)
+      : SurfaceEffect(effect), bodies(both), axes(of_contact), moves_as_told(as_told), lead(time) {}
   FATHOM_HD Vec3 operator()(Vec3 slide) const {
-    return surfaces(moves_as_told ? slide + carried_slide<float>(bodies, axes, lead) : slide);
+    return SurfaceEffect::operator()(moves_as_told ? slide + carried_slide<float>(bodies, axes, lead) : slide);
   }
 };
 

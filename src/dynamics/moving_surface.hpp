@@ -26,11 +26,4 @@ FATHOM_HD bool is_along_surface(Vec3 slide, Vec3 normal) {
   return across * across <= max_sine_to_surface * max_sine_to_surface * length_squared(slide);
 }
 
-/// Adds the velocity of a contact's surfaces to its sliding velocity, if it has one.
-struct SurfaceSlide {
-  const Vec3* velocity = nullptr;
-
-  FATHOM_HD Vec3 operator()(Vec3 slide) const { return velocity ? slide + *velocity : slide; }
-};
-
 }  // namespace fathom

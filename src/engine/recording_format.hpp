@@ -12,7 +12,7 @@
 
 namespace fathom::engine {
 
-inline constexpr FileKind recording_kind{0x43524d4f48544146, 12, "recording",  // "FATHOMRC"
+inline constexpr FileKind recording_kind{0x43524d4f48544146, 13, "recording",  // "FATHOMRC"
                                          "give the path of what 'fathom run --record FILE' or an engine wrote"};
 
 enum class Entry : std::uint8_t {

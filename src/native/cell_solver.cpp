@@ -111,8 +111,8 @@ void CellSolver::prepare(Row& row, std::uint32_t contact) {
   row.b = c.b;
   row.rows.bounce = {m.restitution, 0};
   row.pushes_fixed = c.fixed_a;
-  row.on_moving_surface = c.on_moving_surface;
-  if (c.on_moving_surface) row.surface_slide = graph_.surface_slide(contact);
+  row.has_surface = c.on_moving_surface || c.by_direction;
+  row.surface = {c.on_moving_surface ? graph_.surface_slide(contact) : Vec3{}};
   row.isotropic = !is_anisotropic(state_.solver[c.a + 1]) && !is_anisotropic(state_.solver[c.b + 1]);
   if (row.isotropic)
     prepare_as<float>(row, c, m);
@@ -127,6 +127,11 @@ void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   row.nearest = c.ahead ? prepare_contact_ahead(m, pose_a, pose_b, m.step_impulse, c.round, bodies, row.rows)
                         : prepare_contact(m, pose_a, pose_b, c.slack.offset(), c.round, bodies, row.rows);
   const ContactAxes axes = row.rows.axes();
+  if (c.by_direction) {
+    const FrictionEllipse ellipse = graph_.friction_ellipse(row.contact, axes.n);
+    row.rows.frame.friction.coefficient = ellipse.coefficient;
+    row.surface.set_grain(ellipse, axes);
+  }
   row.roll = c.round ? roll_row(m, axes) : RollRow{};
   if (m.restitution == 0) return;
   const auto pull = [&](std::uint32_t slot, float inverse_mass) {
@@ -221,7 +226,7 @@ void CellSolver::sweep_row(Row& row) {
     warm_start_contact<float>(rows, bodies);
     if (row.roll.length > 0) twist_apart(bodies, row.roll.impulse);
   } else if constexpr (pass == Pass::bounce) {
-    const Bounce<float> bounce = bounce_contact(rows, bodies, h, bounce_threshold(def_, h), row.surfaces());
+    const Bounce<float> bounce = bounce_contact(rows, bodies, h, bounce_threshold(def_, h), row.surface_effect());
     if (!bounce.any) return;
     rows.impulses.step += bounce.impulse;
     bounced_.store(true, std::memory_order_relaxed);
@@ -229,7 +234,8 @@ void CellSolver::sweep_row(Row& row) {
     const ContactAxes axes = rows.axes();
     const SolverBody& body_a = state_.solver[row.a + 1];
     const bool moves_as_told = row.pushes_fixed && !(body_a.linear == Vec3{} && body_a.angular == Vec3{});
-    const CarriedBySides<Inertia> carried{bodies, axes, moves_as_told, friction_lead(def_.solver, h), row.surfaces()};
+    const CarriedBySides<Inertia> carried(row.surface_effect(), bodies, axes, moves_as_told,
+                                          friction_lead(def_.solver, h));
     ContactStep step =
         contact_step(1 / h, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic, def_.solver.push_out_velocity);
     stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);

@@ -41,12 +41,12 @@ class CellSolver {
   struct Row {
     ContactRows rows;
     RollRow roll;
-    Vec3 surface_slide;  ///< where `on_moving_surface` (m/s)
+    ContactSurface surface;  ///< where `has_surface`
     std::uint32_t contact, a, b;
     float nearest;  ///< m, smallest separation of the points at the start of the step
-    bool isotropic, pushes_fixed, on_moving_surface;
+    bool isotropic, pushes_fixed, has_surface;
 
-    SurfaceSlide surfaces() const { return {on_moving_surface ? &surface_slide : nullptr}; }
+    SurfaceEffect surface_effect() const { return {has_surface ? &surface : nullptr}; }
   };
   enum class Pass { warm_start, clear, push, relax, bounce };
 

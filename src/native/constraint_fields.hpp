@@ -46,9 +46,11 @@ enum Field : int {
   roll_x,
   roll_y,
   roll_z,
-  surface_x,  // `surface_slide`
+  surface_x,  // `ContactSurface`
   surface_y,
   surface_z,
+  grain_1,
+  grain_2,
   surface_field_count
 };
 enum PointField : int { point_x, point_y, point_separation, point_mass, point_impulse, point_fields };

@@ -83,7 +83,8 @@ struct alignas(32) Contact {
   bool is_part : 1 = false;            ///< one of these parts after the first: processed together with the first
   bool on_moving_surface : 1 = false;  ///< a body's surface moves relative to it; known once they have touched
   bool own_slide : 1 = false;          ///< the application has set its surface slide (`ContactGraph::give`)
-  std::uint8_t unused_bits : 3 = 0;
+  bool by_direction : 1 = false;       ///< its friction depends on direction; known once they have touched
+  std::uint8_t unused_bits : 2 = 0;
   bool round : 1 = false;  ///< a body is a sphere or a capsule; known once they have touched
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp). Its `step_impulse` stores the time
   /// until then, as long as the step has no impulse.

@@ -204,6 +204,15 @@ void ContactGraph::make_manifolds(std::size_t count) {
   grow_to(manifolds_, manifolds_.size() + count - old);
 }
 
+namespace {
+
+/// In any direction.
+float largest_friction(const Material& m) {
+  return SideFriction{m.friction, m.friction_along, m.friction_axis, m.friction_rule}.largest();
+}
+
+}  // namespace
+
 void ContactGraph::mix_materials(Contact& c) {
   if (c.touching()) mix_materials(c, manifolds_[c.manifold]);
 }
@@ -212,8 +221,10 @@ void ContactGraph::mix_materials(Contact& c, ContactManifold& m) {
   const Children children = this->children(static_cast<std::uint32_t>(&c - contacts_.data()));
   const Piece piece_a = piece_of(bodies_[c.a], children.a), piece_b = piece_of(bodies_[c.b], children.b);
   const Material &a = piece_a.material, &b = piece_b.material;
-  m.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
+  m.friction = combine(largest_friction(a), largest_friction(b), a.friction_rule, b.friction_rule);
   m.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
+  c.by_direction = !(a.friction_axis == Vec3{} && b.friction_axis == Vec3{});
+  if (c.by_direction) std::atomic_ref(any_by_direction_).store(true, std::memory_order_relaxed);
   if (m.restitution > 0) std::atomic_ref(may_bounce_).store(true, std::memory_order_relaxed);
   c.own_slide = false;
   c.on_moving_surface = !(a.surface_velocity == Vec3{} && b.surface_velocity == Vec3{});
@@ -227,7 +238,7 @@ void ContactGraph::mix_materials(Contact& c, ContactManifold& m) {
 ContactMaterials ContactGraph::mixed_materials(std::uint32_t slot_a, std::uint32_t slot_b, Children children) const {
   const BodyInfo &body_a = bodies_[slot_a], &body_b = bodies_[slot_b];
   const Material &a = piece_of(body_a, children.a).material, &b = piece_of(body_b, children.b).material;
-  return {combine(a.friction, b.friction, a.friction_rule, b.friction_rule),
+  return {combine(largest_friction(a), largest_friction(b), a.friction_rule, b.friction_rule),
           combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule),
           rotate(state_.poses[slot_b].rotation, surface_velocity(body_b, children.b)) -
               rotate(state_.poses[slot_a].rotation, surface_velocity(body_a, children.a))};
@@ -236,6 +247,7 @@ ContactMaterials ContactGraph::mixed_materials(std::uint32_t slot_a, std::uint32
 void ContactGraph::give(std::uint32_t index, const ContactMaterials& materials) {
   Contact& c = contacts_[index];
   ContactManifold& m = manifold(c);
+  c.by_direction = c.by_direction && m.friction == materials.friction;
   m.friction = materials.friction, m.restitution = materials.restitution;
   may_bounce_ = may_bounce_ || m.restitution > 0;
   c.own_slide = c.on_moving_surface = !(materials.slide == Vec3{});
@@ -260,7 +272,22 @@ Vec3 ContactGraph::surface_slide(std::uint32_t index) const {
   return mixed_materials(c.a, c.b, children(index)).slide;
 }
 
+FrictionEllipse ContactGraph::friction_ellipse(std::uint32_t index, Vec3 normal) const {
+  const Contact& c = contacts_[index];
+  const Children children = this->children(index);
+  const auto side = [&](std::uint32_t slot, std::uint32_t child) {
+    const Piece piece = piece_of(bodies_[slot], child);
+    const Material& m = piece.material;
+    return side_friction(m.friction, m.friction_along, m.friction_rule, friction_axis(bodies_[slot], child),
+                         state_.poses[slot].rotation);
+  };
+  return fathom::friction_ellipse(side(c.a, children.a), side(c.b, children.b), normal);
+}
+
 Vec3 surface_slide(const ContactGraph& graph, std::uint32_t contact) { return graph.surface_slide(contact); }
+FrictionEllipse friction_ellipse(const ContactGraph& graph, std::uint32_t contact, Vec3 normal) {
+  return graph.friction_ellipse(contact, normal);
+}
 
 // --- colours -------------------------------------------------------------------------------------------------
 

@@ -93,8 +93,12 @@ class ContactGraph {
   bool may_roll() const { return may_roll_; }
   /// True once any contact had a moving surface.
   bool any_moving_surface() const { return any_moving_surface_; }
+  /// True once any contact had a friction that depends on direction.
+  bool any_by_direction() const { return any_by_direction_; }
   /// What moving surfaces add to the sliding velocity of B relative to A (m/s, world axes), at the start of the step.
   Vec3 surface_slide(std::uint32_t index) const;
+  /// The friction of a contact `by_direction` with this normal (world axes), at the start of the step.
+  FrictionEllipse friction_ellipse(std::uint32_t index, Vec3 normal) const;
   /// The materials of two bodies' pieces, combined for their contact.
   ContactMaterials mixed_materials(std::uint32_t a, std::uint32_t b, Children children) const;
   /// Sets a touching contact's materials until they are mixed again. For one thread only.
@@ -273,8 +277,8 @@ class ContactGraph {
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
     a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.may_roll_,
-      s.any_moving_surface_, s.own_slides_, s.colours_, s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_,
-      s.parts_);
+      s.any_moving_surface_, s.any_by_direction_, s.own_slides_, s.colours_, s.colouring_, s.joints_, s.joint_impulses_,
+      s.generic_impulses_, s.parts_);
   }
   /// Into an empty graph whose bodies exist already.
   void restore(ByteReader& in);
@@ -318,7 +322,7 @@ class ContactGraph {
   LargeArray<ContactManifold> manifolds_;
   std::vector<std::uint32_t> free_manifolds_;
   TouchChanges touch_changes_;
-  bool may_bounce_ = false, may_roll_ = false, any_moving_surface_ = false;
+  bool may_bounce_ = false, may_roll_ = false, any_moving_surface_ = false, any_by_direction_ = false;
   struct OwnSlide {
     std::uint32_t contact = none;
     Vec3 slide;

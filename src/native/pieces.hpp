@@ -43,11 +43,17 @@ inline Piece piece_of(const BodyInfo& info, std::uint32_t child) {
           true};
 }
 
-/// Surface velocity of such a piece, in body axes.
-inline Vec3 surface_velocity(const BodyInfo& info, std::uint32_t child) {
-  if (!info.geometry.is_compound()) return material_of(info, child).surface_velocity;
+/// A vector of such a piece's material, in body axes.
+inline Vec3 in_body_axes(Vec3 Material::*vector, const BodyInfo& info, std::uint32_t child) {
+  if (!info.geometry.is_compound()) return material_of(info, child).*vector;
   const ChildShape& c = info.geometry.compound().children()[child];
-  return c.material ? rotate(c.pose.rotation, c.material->surface_velocity) : info.material.surface_velocity;
+  return c.material ? rotate(c.pose.rotation, (*c.material).*vector) : info.material.*vector;
+}
+inline Vec3 surface_velocity(const BodyInfo& info, std::uint32_t child) {
+  return in_body_axes(&Material::surface_velocity, info, child);
+}
+inline Vec3 friction_axis(const BodyInfo& info, std::uint32_t child) {
+  return in_body_axes(&Material::friction_axis, info, child);
 }
 
 /// The piece as a body of its own, whose centre moves within dt (s) to where the body takes it: from `pose` with the

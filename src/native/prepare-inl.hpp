@@ -94,7 +94,8 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
     h.restitution = h.restitution || m.restitution > 0;
     any_round |= c.round;
-    h.moving_surface = h.moving_surface || c.on_moving_surface;
+    h.surface = h.surface || c.on_moving_surface || c.by_direction;
+    h.by_direction = h.by_direction || c.by_direction;
     h.ahead = h.ahead || c.ahead;
     lanes.touch_bits[i] = static_cast<std::int32_t>(c.touch_bits());
   }
@@ -145,14 +146,26 @@ HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indi
   block.set3(roll_x, mul_add(mul_add(along_t1, hn::Load(D(), impulse[1]), f.t2), hn::Load(D(), impulse[2]), f.n));
 }
 
-/// What moving surfaces add to sliding velocities. Out of line, so that it costs other blocks nothing.
+/// Sets the lanes' `ContactSurface`s. Out of line, so that it costs other blocks nothing.
 template <class D>
 HWY_NOINLINE void prepare_surfaces(const Block<D>& block, const std::uint32_t* indices,
                                    const Constrained& constrained) {
+  const auto vec_at = [&](int field, std::size_t i) {
+    return Vec3{block.at(field)[i], block.at(field + 1)[i], block.at(field + 2)[i]};
+  };
   for (std::size_t i = 0; i < Block<D>::width; ++i) {
-    const bool moves = indices[i] != none && constrained.contacts[indices[i]].on_moving_surface;
-    const Vec3 slide = moves ? surface_slide(*constrained.graph, indices[i]) : Vec3{};
-    block.at(surface_x)[i] = slide.x, block.at(surface_y)[i] = slide.y, block.at(surface_z)[i] = slide.z;
+    const bool is_used = indices[i] != none, moves = is_used && constrained.contacts[indices[i]].on_moving_surface;
+    ContactSurface surface;
+    if (moves) surface.slide = surface_slide(*constrained.graph, indices[i]);
+    if (is_used && constrained.contacts[indices[i]].by_direction) {
+      const Vec3 normal = vec_at(normal_x, i);
+      const FrictionEllipse ellipse = friction_ellipse(*constrained.graph, indices[i], normal);
+      block.at(friction)[i] = ellipse.coefficient;
+      surface.set_grain(ellipse, ContactAxes(normal, vec_at(tangent_x, i), {}, {}));
+    }
+    block.at(surface_x)[i] = surface.slide.x, block.at(surface_y)[i] = surface.slide.y;
+    block.at(surface_z)[i] = surface.slide.z;
+    block.at(grain_1)[i] = surface.grain_1, block.at(grain_2)[i] = surface.grain_2;
   }
 }
 
@@ -343,8 +356,8 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   }
   if (view.any_fast) note_closing(block, lanes, constrained.touches.hit_threshold);
   if (block.header().round) prepare_round(block, indices, constrained);
-  if (block.header().moving_surface) prepare_surfaces(block, indices, constrained);
   if (block.header().ahead) prepare_ahead(block, indices, constrained, view);
+  if (block.header().surface) prepare_surfaces(block, indices, constrained);
   return point_count;
 }
 
@@ -364,7 +377,7 @@ HWY_INLINE void prefetch_lanes(const std::uint32_t* lanes, const Constrained& co
 
 template <class D>
 HWY_INLINE Vec3 slide_of(const Block<D>& block, std::size_t lane) {
-  if (!block.header().moving_surface) return {};
+  if (!block.header().surface) return {};
   return {block.at(surface_x)[lane], block.at(surface_y)[lane], block.at(surface_z)[lane]};
 }
 

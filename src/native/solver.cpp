@@ -466,7 +466,7 @@ LoadWatch ContactSolver::load_watch() {
 
 std::size_t ContactSolver::block_bytes(const SolverKernels& kernels) const {
   if (graph_.any_generic_joints()) return kernels.joint_block_bytes;
-  if (graph_.may_roll() || graph_.any_moving_surface()) return kernels.surface_block_bytes;
+  if (graph_.may_roll() || graph_.any_moving_surface() || graph_.any_by_direction()) return kernels.surface_block_bytes;
   return bodies_.any_anisotropic() ? kernels.block_bytes : kernels.isotropic_block_bytes;
 }
 

@@ -42,22 +42,56 @@ HWY_NOINLINE Vec3V<V> carried_slide_of_moving(const ContactAxesOf<V>& axes, cons
   return {hn::IfThenElseZero(moves, sum.x), hn::IfThenElseZero(moves, sum.y), hn::IfThenElseZero(moves, sum.z)};
 }
 
-/// Adds the `surface_slide` of lanes on moving surfaces; it is zero in others.
+/// `limit_to_ellipse`, out of line, so that it costs other blocks nothing. Lanes without a direction keep their
+/// impulses.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE Vec3V<V> with_surfaces(const Block<D>& block, Vec3V<V> slide) {
-  if (HWY_UNLIKELY(block.header().moving_surface)) return slide + block.get3(surface_x);
-  return slide;
+HWY_NOINLINE void limit_by_direction(const Block<D>& block, V most, V wanted_1, V wanted_2, FrictionImpulse<V>& now) {
+  const V g1 = block.get(grain_1), g2 = block.get(grain_2);
+  FrictionImpulse<V> limited = now;
+  limit_to_ellipse(g1, g2, most, wanted_1, wanted_2, limited);
+  const auto has_grain = is_above(mul_add(g2 * g2, g1, g1), splat<V>(0.0f));
+  now.slide_1 = select(has_grain, limited.slide_1, now.slide_1);
+  now.slide_2 = select(has_grain, limited.slide_2, now.slide_2);
 }
+
+/// How a block's `ContactSurface`s change its friction.
+template <class D>
+struct SurfaceEffect {
+  using V = hn::Vec<D>;
+  const Block<D>& block;
+
+  HWY_INLINE Vec3V<V> operator()(Vec3V<V> slide) const {
+    if (HWY_UNLIKELY(block.header().surface)) return slide + block.get3(surface_x);
+    return slide;
+  }
+  HWY_INLINE bool limits_by_direction() const { return HWY_UNLIKELY(block.header().by_direction); }
+  HWY_INLINE void limit(V most, V wanted_1, V wanted_2, FrictionImpulse<V>& now) const {
+    limit_by_direction(block, most, wanted_1, wanted_2, now);
+  }
+};
+
+/// The same, with `carried_slide` where A moves by itself.
+template <class D, class B>
+struct CarriedBySides : SurfaceEffect<D> {
+  using V = hn::Vec<D>;
+  const ContactAxesOf<V>& axes;
+  const B& bodies;
+  float lead;  ///< s, see `friction_lead`
+
+  HWY_INLINE CarriedBySides(const Block<D>& of_lanes, const ContactAxesOf<V>& of_contacts, const B& both, float time)
+      : SurfaceEffect<D>{of_lanes}, axes(of_contacts), bodies(both), lead(time) {}
+  HWY_INLINE Vec3V<V> operator()(Vec3V<V> slide) const {
+    if (B::only_pushes_b && HWY_UNLIKELY(!this->block.header().still_a))
+      slide = slide + carried_slide_of_moving(axes, bodies, lead);
+    return SurfaceEffect<D>::operator()(slide);
+  }
+};
 
 /// `lead` (s): see `friction_lead`.
 template <class D, class B, class V = hn::Vec<D>>
 HWY_INLINE V sweep_friction(const Block<D>& block, const ContactAxesOf<V>& axes, B& bodies, float lead) {
   ContactRows<D> rows{block};
-  return sweep_friction(rows, axes, bodies, [&](Vec3V<V> slide) HWY_ATTR {
-    if (B::only_pushes_b && HWY_UNLIKELY(!block.header().still_a))
-      slide = slide + carried_slide_of_moving(axes, bodies, lead);
-    return with_surfaces(block, slide);
-  });
+  return sweep_friction(rows, axes, bodies, CarriedBySides<D, B>(block, axes, bodies, lead));
 }
 
 /// Zeroes the impulses of lanes whose bit is not set.
@@ -142,7 +176,7 @@ HWY_INLINE void bounce_block(const Block<D>& block, SolverBody* all, const Sweep
   bodies.load(block, all);
   ContactRows<D> rows{block};
   const auto bounce = bounce_contact(rows, bodies, hn::Set(D(), p.substep), hn::Set(D(), p.restitution_threshold),
-                                     [&](Vec3V<hn::Vec<D>> slide) HWY_ATTR { return with_surfaces(block, slide); });
+                                     SurfaceEffect<D>{block});
   if (!bounce.any) return;
   p.bounced->store(true, std::memory_order_relaxed);
   block.set(step_impulse, hn::Add(block.get(step_impulse), bounce.impulse));

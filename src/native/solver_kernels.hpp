@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "dynamics/friction_by_direction.hpp"
 #include "dynamics/generic_joint.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
@@ -67,8 +68,9 @@ struct LoadWatch {
 };
 
 class ContactGraph;
-/// `ContactGraph::surface_slide`.
+/// `ContactGraph::surface_slide` and `ContactGraph::friction_ellipse`.
 Vec3 surface_slide(const ContactGraph& graph, std::uint32_t contact);
+FrictionEllipse friction_ellipse(const ContactGraph& graph, std::uint32_t contact, Vec3 normal);
 
 /// Constraints, and their data that outlasts a step.
 struct Constrained {
@@ -109,7 +111,8 @@ struct BlockHeader {
   bool deep = false;                              ///< some lane may be deeper than allowed
   bool round = false;                             ///< some lane's contact has a round body
   bool rolls = false;                             ///< some lane has rolling resistance
-  bool moving_surface = false;                    ///< some lane has a moving surface
+  bool surface = false;                           ///< some lane has a `ContactSurface` that counts
+  bool by_direction = false;                      ///< some lane's friction depends on direction
   bool ahead = false;                             ///< some lane's manifold was made where its bodies will meet
   bool moves = false;                             ///< some lane is a joint with a limit or a drive
   bool reacts = false;                            ///< … with an armature or restitution
@@ -125,7 +128,7 @@ struct SolverKernels {
   int width;         ///< lanes
   std::size_t block_bytes;
   std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
-  std::size_t surface_block_bytes;    ///< of a block with rolling resistance or moving surfaces, including tensors
+  std::size_t surface_block_bytes;    ///< of a block with rolling resistance or `ContactSurface`s, including tensors
   std::size_t joint_block_bytes;      ///< of a block that may contain generic joints, including all of these
   std::size_t bounce_floats;          ///< per block
 

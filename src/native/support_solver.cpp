@@ -248,6 +248,8 @@ bool SupportSolver::load_rows(std::uint32_t support, float body_weight) {
   r.arm_lower = get3(f, s.b_is_upper ? arm_a_x : arm_b_x);
   r.up = s.b_is_upper ? 1.0f : -1.0f;
   r.friction = f[friction], r.twist_radius = f[patch_radius];
+  if (graph_.any_by_direction() && graph_[s.contact].by_direction)
+    r.friction *= smallest_friction(f[grain_1], f[grain_2]);
   const float reach = support_reach(r.arm_upper);
   std::uint32_t touches = 0;
   for (int i = 0; i < max_manifold_points; ++i) {

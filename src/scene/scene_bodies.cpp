@@ -44,14 +44,16 @@ template <class T>
 using Named = std::map<std::string, T, std::less<>>;
 
 Material read_material(const TomlTable& outer, const toml::node& node, const std::string& name) {
-  const TomlTable table(
-      outer.as_table(node, name), name, outer.file(),
-      {"friction", "restitution", "friction_rule", "restitution_rule", "rolling_resistance", "surface_velocity"});
+  const TomlTable table(outer.as_table(node, name), name, outer.file(),
+                        {"friction", "restitution", "friction_rule", "restitution_rule", "rolling_resistance",
+                         "surface_velocity", "friction_axis", "friction_along"});
   Material material;
   table.read("friction", material.friction, Range::not_negative);
   table.read("restitution", material.restitution, Range::unit_interval);
   table.read("rolling_resistance", material.rolling_resistance, Range::not_negative);
   table.read("surface_velocity", material.surface_velocity);
+  table.read("friction_axis", material.friction_axis);
+  table.read("friction_along", material.friction_along, Range::not_negative);
   table.read_choice<CombineRule>("friction_rule", material.friction_rule, combine_rules);
   table.read_choice<CombineRule>("restitution_rule", material.restitution_rule, combine_rules);
   return material;

@@ -36,15 +36,15 @@ struct alignas(64) BodyInfo {
   SymMat3 inertia;                         ///< body axes, 0 unless dynamic
   SymMat3 inverse_inertia;                 ///< body axes, 0 unless dynamic
   std::shared_ptr<const void> shape_data;  ///< owns the geometry of a hull, a surface or a compound
-  Material material;                       ///< entirely on the last line
   float mass = 0;                          ///< kg, 0 unless dynamic
   Filter filter;
+  alignas(64) Material material;  ///< entirely on the last line, which steps read where contacts begin
 
   void set_shape(const Shape& shape);
   Shape shape() const;
   std::shared_ptr<const Hull> hull() const;  ///< null if the shape is not a hull
 };
-static_assert(sizeof(BodyInfo) == 256);
+static_assert(sizeof(BodyInfo) == 320);
 
 /// Sensors collide with nothing.
 inline bool may_collide(const BodyInfo& a, const BodyInfo& b) {

@@ -7,7 +7,7 @@
 namespace fathom {
 namespace {
 
-constexpr SealKind saved_shape_kind{0x50534d4f48544146, 2, "shape", "saved shape"};  // "FATHOMSP"
+constexpr SealKind saved_shape_kind{0x50534d4f48544146, 3, "shape", "saved shape"};  // "FATHOMSP"
 
 }  // namespace
 

@@ -76,7 +76,7 @@ FATHOM_COMPONENT_API BodyDef read_body(ByteReader& in, ShapeReader& shapes);
 template <class Archive, class M>
 void archive_material(Archive& a, M& material) {
   a(material.friction, material.restitution, material.friction_rule, material.restitution_rule,
-    material.rolling_resistance, material.surface_velocity);
+    material.rolling_resistance, material.surface_velocity, material.friction_axis, material.friction_along);
 }
 
 }  // namespace fathom

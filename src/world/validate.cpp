@@ -87,6 +87,11 @@ void check_material(const Material& m, const char* action) {
   if (max_component(abs(m.surface_velocity)) > 1e6f)
     refuse(std::string(action) + ": the surface velocity is " + text(m.surface_velocity) +
            "; its components must be at most 1e6 m/s");
+  check_finite(m.friction_axis, action, "the friction axis");
+  if (const float norm = length(m.friction_axis); norm != 0 && !(abs(norm - 1) <= 1e-3f))
+    refuse(std::string(action) + ": the friction axis " + text(m.friction_axis) + " has length " + text(norm) +
+           "; it must be a unit vector, or zero for friction that acts alike in all directions");
+  require_not_negative(m.friction_along, action, "the friction along its axis");
   check_rule(m.friction_rule, action, "friction rule");
   check_rule(m.restitution_rule, action, "restitution rule");
 }
