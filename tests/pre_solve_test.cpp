@@ -40,6 +40,10 @@ constexpr Variant variants[] = {
     {"native_cells", SimulatorKind::native, Partition::cells},
     {"native_sweep", SimulatorKind::native, Partition::colours, Solver::soft, BroadPhase::sweep},
     {"hybrid", SimulatorKind::hybrid},
+    {"device", SimulatorKind::device},
+    {"device_impulse", SimulatorKind::device, Partition::colours, Solver::impulse},
+    {"device_cells", SimulatorKind::device, Partition::cells},
+    {"device_sweep", SimulatorKind::device, Partition::colours, Solver::soft, BroadPhase::sweep},
 };
 
 class PreSolve : public testing::TestWithParam<Variant> {
@@ -507,22 +511,6 @@ TEST_P(PreSolve, BodiesMayBeginAndCeaseToAsk) {
   EXPECT_NEAR(world.velocity(crate).linear.x, 0, 1e-3f) << "its friction is the materials' again";
   world.remove(crate);
   steps(world, 2);
-}
-
-TEST(PreSolveOnDevices, IsRefused) {
-  WorldDef def;
-  def.simulator = SimulatorKind::device;
-  def.device = "host";
-  World world(def);
-  const BodyDef crate = dynamic(box({0.5f, 0.5f, 0.5f}), {});
-  EXPECT_EQ(error_of([&] { world.add(asking(crate)); }),
-            "add body: the device simulator asks no callbacks, so no body can have pre_solve; take the native or the "
-            "hybrid one");
-  const BodyId id = world.add(crate);
-  EXPECT_THAT(error_of([&] { world.set_pre_solve(id, true); }), HasSubstr("set pre_solve: the device simulator asks"));
-  EXPECT_THAT(error_of([&] { world.set_custom_filter(id, true); }), HasSubstr("no body can have custom_filter"));
-  world.set_pre_solve(id, false);
-  world.step();
 }
 
 // --- pairs -----------------------------------------------------------------------------------------------------

@@ -85,11 +85,9 @@ struct BodyDef {
   /// When fast, it is swept against all bodies; other bodies are swept only against those that cannot be pushed (as in
   /// Box2D and Box3D). For projectiles and other small, fast bodies: costs a search per fast pair and step.
   bool bullet = false;
-  /// Calls the application before the body's contacts are solved (`World::set_pre_solve_callback`). Not on the device
-  /// simulator.
+  /// Calls the application before the body's contacts are solved (`World::set_pre_solve_callback`).
   bool pre_solve = false;
-  /// Calls the application before the body's pairs become contacts (`World::set_filter_callback`). Not on the device
-  /// simulator.
+  /// Calls the application before the body's pairs become contacts (`World::set_filter_callback`).
   bool custom_filter = false;
   std::uint64_t user_data = 0;  ///< belongs to the application
 };

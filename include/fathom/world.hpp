@@ -244,10 +244,9 @@ class FATHOM_API World {
   bool is_sensor(BodyId id) const;                ///< see `BodyDef::sensor`
   void set_bullet(BodyId id, bool bullet);        ///< see `BodyDef::bullet`; from the next step on
   bool is_bullet(BodyId id) const;                ///< see `BodyDef::bullet`
-  void set_pre_solve(BodyId id, bool pre_solve);  ///< see `BodyDef::pre_solve`; throws what `add` throws on it
+  void set_pre_solve(BodyId id, bool pre_solve);  ///< see `BodyDef::pre_solve`
   bool has_pre_solve(BodyId id) const;            ///< see `BodyDef::pre_solve`
-  /// See `BodyDef::custom_filter`. Throws what `add` throws on it. Its contacts end, and begin again if the callback
-  /// allows them.
+  /// See `BodyDef::custom_filter`. Its contacts end, and begin again if the callback allows them.
   void set_custom_filter(BodyId id, bool custom_filter);
   bool has_custom_filter(BodyId id) const;                   ///< see `BodyDef::custom_filter`
   void set_gravity_scale(BodyId id, float scale);            ///< factor on the world's gravity

@@ -37,6 +37,8 @@ enum BodyBits : std::uint32_t {
   rule_bits = 15,
   child_bit = 1 << 20,          ///< the index holds no body but a child of a compound (pieces.hpp)
   friction_axis_bit = 1 << 21,  ///< its friction depends on direction
+  asks_bit = 1 << 22,           ///< the application is asked about its contacts (ask.hpp)
+  filters_bit = 1 << 23,        ///< … about its pairs
 };
 
 /// Data of a body that steps only read: four quads.
@@ -195,6 +197,8 @@ FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << stati
 inline constexpr std::uint32_t bullets_bit = 1u << 31, traits_bit = 1u << 30;
 /// Several fixed bodies have faces.
 inline constexpr std::uint32_t seams_bit = 1u << 29;
+/// Some body has asked the application.
+inline constexpr std::uint32_t questions_bit = 1u << 28;
 
 struct HullArrays {
   const HullRecord* hulls = nullptr;

@@ -35,9 +35,12 @@ FATHOM_HD Vec3 surface_velocity(const Bodies<written...>& bodies, std::uint32_t 
   if (!bodies.constants[i].has_moving_surface()) return {};
   return rotate(bodies.poses[i].rotation, bodies.traits[i].velocity);
 }
-/// Contribution of the surfaces in a contact to the sliding velocity of B against A (m/s, world axes).
-template <BodyPart... written>
-FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const Contact& c) {
+/// Contribution of the surfaces in contact k to the sliding velocity of B against A (m/s, world axes).
+template <BodyPart... written, ContactPart... of_contacts>
+FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const Contacts<of_contacts...>& contacts,
+                             std::uint32_t k) {
+  const Contact& c = contacts.contacts[k];
+  if (c.bits & own_slide_bit) return contacts.own_slides[k];
   const auto [a, b] = pieces_of(bodies, c);
   const Material* const own = own_material(bodies, c);
   return surface_velocity(bodies, b) -

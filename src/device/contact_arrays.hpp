@@ -46,6 +46,11 @@ enum ContactBits : std::uint32_t {
   with_surface_bit = 0x1000000,  ///< A is a surface: the pair's patches have contacts of their own (surfaces.hpp)
   patch_bit = 0x2000000,         ///< one of those contacts
   by_direction_bit = 0x4000000,  ///< its friction depends on direction; set once the contact has touched
+  // What the application has answered (ask.hpp).
+  refused_bit = 0x8000000,      ///< the contact has been refused in this step
+  own_slide_bit = 0x10000000,   ///< its surface slide is in `Contacts::own_slides`
+  unanswered_bit = 0x20000000,  ///< it begins if the answer allows it
+  kept_out_bit = 0x40000000,    ///< the pair never collides
 };
 
 struct alignas(16) Contact {
@@ -85,6 +90,8 @@ struct alignas(16) Contact {
   FATHOM_HD bool apart() const { return bits & apart_bit; }
   FATHOM_HD bool on_moving_surface() const { return bits & on_moving_surface_bit; }
   FATHOM_HD bool by_direction() const { return bits & by_direction_bit; }
+  FATHOM_HD bool refused() const { return bits & refused_bit; }
+  FATHOM_HD bool kept_out() const { return bits & kept_out_bit; }
   FATHOM_HD std::uint32_t colour() const { return bits & colour_bits; }
   FATHOM_HD void set_colour(std::uint32_t colour) { bits = (bits & ~colour_bits) | colour; }
 };
@@ -132,6 +139,28 @@ struct Stretch {
 /// Bounce sweeps whose results are recorded: those of the first four substeps.
 inline constexpr std::uint32_t noted_bounce_sweeps = 4 * max_bounce_sweeps;
 
+/// A new pair about which the application is asked.
+struct FilterQuestion {
+  std::uint32_t contact, a, b, unused;
+};
+/// A contact about which the application is asked before it is solved.
+struct ContactQuestion {
+  struct Point {
+    Vec3 position;     ///< m, world axes
+    float separation;  ///< m
+    float impulse;     ///< N·s
+  };
+  std::uint32_t contact, a, b, child_a, child_b, point_count;
+  Vec3 normal;  ///< world axes, from A to B
+  Point points[max_manifold_points];
+};
+struct ContactAnswer {
+  std::uint32_t contact;
+  std::uint32_t enabled, has_own_slide;
+  float friction, restitution;
+  Vec3 slide;  ///< m/s, world axes
+};
+
 /// Counts that live on the device from one step to the next.
 struct Counters {
   std::uint32_t bodies = 0;    ///< indices in use, holes included
@@ -176,6 +205,7 @@ struct Counters {
   std::uint32_t freed_manifolds = 0;
   std::uint32_t deferred[shape_pairs] = {};  ///< of `to_collide`: they touch, but there was no room for a manifold
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
+  std::uint32_t asked = 0;      ///< questions to the application
   std::uint32_t any_began = 0;  ///< 1: some contact got a manifold; `begun` counts touches, which come later
   std::uint32_t any_ended = 0;  ///< 1: some contact lost its manifold
   std::uint32_t waking = 0;     ///< bodies to check for waking: 0 or all
@@ -276,6 +306,7 @@ struct Contacts {
   Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the memory of `found`
   Of<FastPair, contact_worklists> fast;             ///< `fast_capacity`, two lists, see `fast_at`
   Of<std::uint32_t, contact_worklists> next_of_a;   ///< per entry of `fast` the next pair of A, or `none`; for bullets
+  Of<Vec3, contact_list> own_slides;  ///< m/s, world axes, by contact; null: the application is asked about none
   Of<FixedContact, contact_worklists> fixed_contacts;  ///< by contact; null: there are no seams
   std::uint32_t capacity;
   std::uint32_t fast_capacity;  ///< a contact may be listed more than once (`reserve_fast`)

@@ -127,6 +127,11 @@ ContactMemory::ContactMemory(exec::Memory& m)
       fast_(m),
       next_of_a_(m),
       fixed_contacts_(m),
+      own_slides_(m),
+      filter_questions_(m),
+      contact_questions_(m),
+      answers_(m),
+      refused_pairs_(m),
       patch_sets_(m),
       to_collide_(m),
       free_manifolds_(m),
@@ -180,6 +185,15 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   any_extras_ = extras;
   manifold_capacity_ = m;
   joint_capacity_ = j;
+  if (own_slides_.size() > 0) reserve_for_questions();
+}
+
+void ContactMemory::reserve_for_questions() {
+  own_slides_.grow(capacity_, exec::Contents::keep);
+  filter_questions_.grow(capacity_);
+  refused_pairs_.grow(capacity_);
+  contact_questions_.grow(manifold_capacity_);
+  answers_.grow(manifold_capacity_);
 }
 
 void ContactMemory::reserve_for_seams() {
@@ -204,6 +218,7 @@ ContactArrays ContactMemory::contacts() {
           .deferred = reinterpret_cast<std::uint32_t*>(found_.data()),
           .fast = fast_.data(),
           .next_of_a = next_of_a_.data(),
+          .own_slides = own_slides_.data(),
           .fixed_contacts = fixed_contacts_.data(),
           .capacity = static_cast<std::uint32_t>(capacity()),
           .fast_capacity = static_cast<std::uint32_t>(fast_.size()),

@@ -107,6 +107,12 @@ class ContactMemory {
   void reserve_for_bullets();
   /// What only seams need.
   void reserve_for_seams();
+  /// What only questions to the application need.
+  void reserve_for_questions();
+  FilterQuestion* filter_questions() { return filter_questions_.data(); }
+  ContactQuestion* contact_questions() { return contact_questions_.data(); }
+  ContactAnswer* answers() { return answers_.data(); }
+  std::uint32_t* refused_pairs() { return refused_pairs_.data(); }
   /// What only surfaces need.
   void reserve_for_surfaces(std::uint32_t workers) { patch_sets_.grow(workers); }
   /// Memory for the patches of a pair, for each of `surface_workers()`.
@@ -131,6 +137,11 @@ class ContactMemory {
   exec::Buffer<FastPair> fast_;
   exec::Buffer<std::uint32_t> next_of_a_;
   exec::Buffer<FixedContact> fixed_contacts_;
+  exec::Buffer<Vec3> own_slides_;
+  exec::Buffer<FilterQuestion> filter_questions_;
+  exec::Buffer<ContactQuestion> contact_questions_;
+  exec::Buffer<ContactAnswer> answers_;
+  exec::Buffer<std::uint32_t> refused_pairs_;
   exec::Buffer<PatchSet> patch_sets_;
   exec::Buffer<std::uint32_t> to_collide_, free_manifolds_, uncoloured_0_, uncoloured_1_;
   exec::Buffer<PairRecord> begun_, ended_;

@@ -60,6 +60,7 @@ class DeviceSimulator final : public Simulator {
     trees_are_stale_ = true;
   }
   void info_changed(std::uint32_t slot) override { constants_changed(slot, 0); }
+  void callbacks_changed() override;
   void gravity_changed() override;
   void wake(std::uint32_t slot) override;
   bool is_awake(std::uint32_t slot) const override;
@@ -169,6 +170,8 @@ class DeviceSimulator final : public Simulator {
     std::optional<typename D::Graph> graph;
     std::optional<typename D::Graph> set_changed_graph;  ///< for the sweep, whose list is then sorted from scratch
     std::optional<typename D::Graph> repeat_graph;       ///< for a step that stopped halfway
+    /// The parts of a step that asks the application; the first for `set_changed`, too.
+    std::optional<typename D::Graph> pairs_graphs[2], manifolds_graph, bodies_graph;
     exec::Buffer<Edit> edits;
     exec::Buffer<BodyData> data;
     exec::PinnedBuffer<Edit> staged_edits;
@@ -238,6 +241,14 @@ class DeviceSimulator final : public Simulator {
   void order_in_space();
   /// `after`: if the step has stopped, the reason; then only what remains of it is submitted.
   void submit(PendingStep& pending, bool with_edits, Stop after = no_stop);
+  /// Whether the application may be asked within steps.
+  bool asks() const;
+  void submit_asking(const PendingStep& pending, Stop after);
+  template <class List>
+  Counters count_questions(const List& list);
+  void ask_about_pairs(Step<D>& step);
+  void ask_about_contacts(Step<D>& step);
+  ContactAnswer answer(const ContactQuestion& question);
   void reserve_results(const PendingStep& pending);
   void submit_results(const PendingStep& pending);
   void reserve_events(StepBuffers& buffers, std::size_t room);
@@ -380,6 +391,7 @@ class DeviceSimulator final : public Simulator {
   bool any_extras_ = false;                         // some material has a rolling resistance or `SurfaceTraits`
   std::uint32_t fixed_slot_ = none;                 // of the last fixed body with faces
   std::uint32_t shapes_ = 0, recorded_shapes_ = 0;  // see StepSettings::shapes; the second is that of the graphs
+  bool is_asking_ = false;  // a callback runs: the mirror holds the state of the step's beginning
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;

@@ -57,6 +57,10 @@ DeviceSimulator<D>::~DeviceSimulator() {
 template <exec::Device D>
 void DeviceSimulator<D>::step() {
   while (pending_steps_.size() >= max_pending_) retire_oldest();
+  if (asks()) {
+    retire_all();
+    fetch_bodies();
+  }
   if (submitted_ == 0) order_in_space();
   PendingStep next;
   list_joint_edits(next);
@@ -104,6 +108,7 @@ void DeviceSimulator<D>::step() {
   outdate_queries();
   events_are_current_ = events_are_current_ && def.ahead > 0;
   begun_.begin_step(), ended_.begin_step(), hits_.begin_step(), quarantined_.begin_step();
+  if (asks()) retire_all();
   while (def.ahead > 0 && (pending_steps_.size() > static_cast<std::size_t>(def.ahead) || oldest_is_done()))
     retire_oldest();
 }
@@ -148,6 +153,7 @@ void DeviceSimulator<D>::make_room() {
       body_memory_.reserve_for_seams();
       contact_memory_.reserve_for_seams();
     }
+    if (shapes_ & questions_bit) contact_memory_.reserve_for_questions();
     if (shapes_ & traits_bit) body_memory_.reserve_for_traits();
     if (has_compounds()) body_memory_.reserve_for_compounds();
     if (has_surfaces())
@@ -242,7 +248,9 @@ void DeviceSimulator<D>::record() {
 template <exec::Device D>
 void DeviceSimulator<D>::forget_graphs() {
   for (const auto& buffers : step_buffers_)
-    buffers->graph.reset(), buffers->set_changed_graph.reset(), buffers->repeat_graph.reset();
+    for (auto* graph : {&buffers->graph, &buffers->set_changed_graph, &buffers->repeat_graph, &buffers->pairs_graphs[0],
+                        &buffers->pairs_graphs[1], &buffers->manifolds_graph, &buffers->bodies_graph})
+      graph->reset();
 }
 
 template <exec::Device D>
@@ -320,12 +328,13 @@ void DeviceSimulator<D>::submit(PendingStep& pending, bool with_edits, Stop afte
   if (body_fault.is_due(SolverStage::before_step, 0))
     device_.parallel_for(pending.indices,
                          IsolateOnRequest{body_memory_.arrays(), counters_.data(), body_fault.category});
-  if (after != no_stop) {
+  if (after != body_failed && asks()) {
+    submit_asking(pending, after);
+  } else if (after != no_stop) {
     buffers.repeat_graph.emplace(device_.record([step = step_of(buffers), after]() mutable {
-      if (after == body_failed)
-        step.submit_again();
-      else
-        step.submit_rest();
+      if (after == body_failed) return step.submit_again();
+      step.submit_deferred_manifolds();
+      step.submit_bodies();
     }));
     device_.launch(*buffers.repeat_graph);
   } else {
@@ -433,6 +442,7 @@ void DeviceSimulator<D>::change_gravity(const PendingStep& pending) {
 #include "device/simulator_mechanisms.hpp"
 #include "device/simulator_mirror.hpp"
 #include "device/simulator_pending.hpp"
+#include "device/simulator_questions.hpp"
 #include "device/simulator_rays.hpp"
 #include "device/simulator_results.hpp"
 #include "device/snapshot.hpp"

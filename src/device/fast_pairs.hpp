@@ -249,11 +249,22 @@ struct HoldBackFast {
       const bool is_asked = c.fixed_a() ? !is_free : is_free && held_of(c) == i;
       const TouchingPieces pieces = pieces_of(move.bodies, c);
       const std::uint64_t key = c.b == i ? key_of(pieces.a, pieces.b) : key_of(pieces.b, pieces.a);
-      if (is_asked && is_after(last, key) && key < next.key) next.key = key, next.contact = f.contact;
+      if (is_asked && !is_refused(c) && is_after(last, key) && key < next.key) next.key = key, next.contact = f.contact;
       pair = c.b == i ? f.next : contacts.next_of_a[pair];
     }
     next.is_free = is_free;
     return next;
+  }
+
+  /// Whether the application has refused the contact in this step, or all of a surface's.
+  FATHOM_HD bool is_refused(const Contact& c) const {
+    if (!c.is_with_surface()) return c.refused();
+    bool any_refused = false;
+    for (std::uint32_t k = c.manifold; k != none; k = contacts.contacts[k].next_patch()) {
+      if (contacts.contacts[k].touching()) return false;
+      any_refused |= contacts.contacts[k].refused();
+    }
+    return any_refused;
   }
 
   FATHOM_HD static std::uint64_t key_of(std::uint32_t obstacle, std::uint32_t held) {
@@ -270,6 +281,8 @@ struct HoldBackFast {
     const auto ask = [&](std::uint32_t other) {
       const MotionType motion = bodies.constants[other].motion();
       if (motion == MotionType::dynamic || (only_fixed && motion != MotionType::fixed)) return;
+      // The application may let the body pass; what holds it is a pair of its own.
+      if ((c.bits | bodies.constants[other].bits) & (asks_bit | filters_bit)) return;
       const Aabb box = bodies.known[other].box();
       if (!overlaps(box, way) || (apart.is_on && apart.has(i, body_of(bodies, other)))) return;
       for (std::uint32_t k = 0; k < (is_compound ? c.hull : 1); ++k) {

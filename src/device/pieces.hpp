@@ -54,6 +54,18 @@ FATHOM_HD const Material* own_material(const Bodies<written...>& bodies, const C
   return c.patch_material() < surface.material_count ? surface.materials + c.patch_material() : nullptr;
 }
 
+/// Whether the application is asked about the contact before it is solved.
+template <BodyPart... written>
+FATHOM_HD bool asks(const Bodies<written...>& bodies, const Contact& c) {
+  return (bodies.constants[c.a].bits | bodies.constants[c.b].bits) & asks_bit;
+}
+
+/// Whether the application is asked about the pair.
+template <BodyPart... written>
+FATHOM_HD bool has_custom_filter(const Bodies<written...>& bodies, const Contact& c) {
+  return (bodies.constants[c.a].bits | bodies.constants[c.b].bits) & filters_bit;
+}
+
 /// A pair of indices that no other contact has, to rank contacts by: a surface lends one of its own to every patch.
 template <BodyPart... written>
 FATHOM_HD TouchingPieces ranked_pieces(const Bodies<written...>& bodies, const Contact& c) {

@@ -84,7 +84,8 @@ struct PrepareConstraints {
     const bool rolls = contact.round() && m.rolling_length() > 0;
     const bool is_special = rolls || contact.on_moving_surface() || contact.by_direction();
     if (is_special) {
-      ContactExtras extras{rolls ? roll_row(m, axes) : RollRow{}, {surface_slide(bodies, contact)}};
+      ContactExtras extras{rolls ? roll_row(m, axes) : RollRow{},
+                           {surface_slide(bodies, contacts, constraints.contact[k])}};
       if (contact.by_direction()) {
         const FrictionEllipse ellipse = friction_ellipse(bodies, contact, axes.n);
         made.frame.friction.coefficient = ellipse.coefficient;

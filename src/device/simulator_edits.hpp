@@ -107,6 +107,12 @@ BodyData DeviceSimulator<D>::surface_data(const BodyInfo& info, const Geometry& 
            static_cast<std::uint32_t>(shape.type) << shape_shift |
            static_cast<std::uint32_t>(material.friction_rule) << friction_rule_shift |
            static_cast<std::uint32_t>(material.restitution_rule) << restitution_rule_shift;
+  if (callbacks.pre_solve && info.pre_solve) c.bits |= asks_bit;
+  if (callbacks.filter && info.custom_filter) c.bits |= filters_bit;
+  if (c.bits & (asks_bit | filters_bit)) {
+    shapes_ |= questions_bit;
+    may_bounce_ = any_extras_ = true;  // whatever the answers
+  }
   c.half_extents = shape.half_extents;
   c.shape_radius = shape.radius;
   shapes_ |= shape_bit(shape.type);

@@ -9,6 +9,7 @@ namespace fathom::device {
 
 template <exec::Device D>
 void DeviceSimulator<D>::fetch_bodies() const {
+  if (is_asking_) return;
   if (copies_results())
     look();
   else

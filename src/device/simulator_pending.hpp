@@ -62,7 +62,7 @@ void DeviceSimulator<D>::retire_oldest() {
 
 template <exec::Device D>
 void DeviceSimulator<D>::retire_all() const {
-  while (!pending_steps_.empty()) self().retire_oldest();
+  while (!is_asking_ && !pending_steps_.empty()) self().retire_oldest();
 }
 
 /// Makes room for a step that ran out of it; failed bodies are already isolated. Then resubmits the step, or what
@@ -107,7 +107,7 @@ void DeviceSimulator<D>::look() const {
   if (def.ahead == 0)
     retire_all();
   else
-    while (oldest_is_done()) self().retire_oldest();
+    while (!is_asking_ && oldest_is_done()) self().retire_oldest();
 }
 
 template <exec::Device D>

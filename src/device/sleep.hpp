@@ -61,16 +61,16 @@ struct JoinIslands {
   FATHOM_HD void operator()(std::uint32_t index) const {
     const Contact c = contacts.contacts[index];
     if (!c.in_use() || !c.touching()) return;
-    if (c.on_moving_surface()) look_at_surface(c);
+    if (c.on_moving_surface()) look_at_surface(index, c);
     link.join(c.a, c.b, c.fixed_a(), [&] { return contacts.manifolds[c.manifold].step_impulse > 0; });
   }
 
  private:
   /// A body that a moving surface carries stays awake, however slow it is; so does one that drives on it.
-  FATHOM_HD void look_at_surface(const Contact& c) const {
+  FATHOM_HD void look_at_surface(std::uint32_t index, const Contact& c) const {
     const auto& bodies = link.bodies;
     const Vec3 velocity = bodies.velocities[c.b].linear - bodies.velocities[c.a].linear;
-    if (!goes_with_surface(surface_slide(bodies, c), velocity)) return;
+    if (!goes_with_surface(surface_slide(bodies, contacts, index), velocity)) return;
     bodies.slow_time[c.b] = 0;
     if (!c.fixed_a()) bodies.slow_time[c.a] = 0;
   }

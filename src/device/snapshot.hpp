@@ -40,7 +40,8 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
       [&](auto& buffer) { write(s.download(buffer.data(), std::min<std::size_t>(counters.bodies, buffer.size()))); });
   const ContactArrays arrays = s.contact_memory_.contacts();
   write(s.download(arrays.contacts, counters.contacts), s.download(arrays.free, counters.free_contacts),
-        s.download(arrays.manifolds, counters.manifolds), s.download(arrays.free_manifolds, counters.free_manifolds));
+        s.download(arrays.manifolds, counters.manifolds), s.download(arrays.free_manifolds, counters.free_manifolds),
+        s.download(arrays.own_slides, arrays.own_slides ? counters.contacts : 0));
   // The layout of constraints, which is kept while no colour changes.
   const ConstraintArrays layout = s.contact_memory_.constraints();
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
@@ -230,6 +231,10 @@ void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counte
   read_into(in, arrays.free, room, counters.free_contacts, are_below(in, counters.contacts));
   read_into(in, arrays.manifolds, manifold_room, counters.manifolds, [](const auto&) {});
   read_into(in, arrays.free_manifolds, manifold_room, counters.free_manifolds, are_below(in, counters.manifolds));
+  read_into(in, arrays.own_slides, room, arrays.own_slides ? counters.contacts : 0,
+            [&](const std::vector<Vec3>& slides) {
+              for (const Vec3 slide : slides) in.require(is_finite(slide));
+            });
 }
 
 template <exec::Device D>

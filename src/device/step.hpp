@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "device/ask.hpp"
 #include "device/build_constraints.hpp"
 #include "device/device_memory.hpp"
 #include "device/fast_pairs.hpp"
@@ -73,20 +74,31 @@ class Step {
 
   /// `set_changed`: bodies were added or removed since the last step.
   void submit(bool set_changed) {
+    submit_pairs(set_changed);
+    submit_manifolds();
+    submit_bodies();
+  }
+
+  // The same in three parts, between which the application may be asked (ask.hpp).
+
+  void submit_pairs(bool set_changed) {
     mark(&StageMarks<D>::begin);
     find_pairs(set_changed);
     mark(&StageMarks<D>::pairs);
-    update_manifolds();
-    update_bodies();
+  }
+  void submit_manifolds() { update_manifolds(); }
+  void submit_bodies() {
+    mark(&StageMarks<D>::manifolds);
+    build_constraints();
+    solve_and_finish();
   }
 
-  /// What remains of a step that stopped for lack of room for manifolds.
-  void submit_rest() {
+  /// The manifolds that a step lacks which stopped for lack of room.
+  void submit_deferred_manifolds() {
     device_.parallel_for(1, ResumeStep{counters_, SortOutContacts::group_size});
     for (const ShapePair pairs : {boxes, hulls, others, surfaces})
       device_.parallel_for(to_collide(pairs), ListDeferred{contacts_, pairs});
     collide();
-    update_bodies();
   }
 
   /// What remains of a step that stopped because a body failed, with that body isolated.
@@ -98,13 +110,24 @@ class Step {
     solve_and_finish();
   }
 
- private:
-  void update_bodies() {
-    mark(&StageMarks<D>::manifolds);
-    build_constraints();
-    solve_and_finish();
+  // What the application is asked, and its answers.
+
+  void list_filtered_pairs(FilterQuestion* questions) {
+    device_.parallel_for({&counters_->live_contacts, contacts_.capacity},
+                         ListFilteredPairs{bodies_, contacts_, questions, counters_});
+  }
+  void refuse_pairs(const std::uint32_t* refused, std::uint32_t count) {
+    device_.parallel_for(count, RefusePairs{contacts_, refused});
+  }
+  void list_contacts_that_ask(ContactQuestion* questions) {
+    device_.parallel_for({&counters_->live_contacts, contacts_.capacity},
+                         ListContactsThatAsk{bodies_, contacts_, questions, counters_});
+  }
+  void apply_answers(const ContactAnswer* answers, std::uint32_t count) {
+    device_.parallel_for(count, ApplyAnswers{contact_changes(), answers});
   }
 
+ private:
   void solve_and_finish() {
     mark(&StageMarks<D>::built);
     solve();

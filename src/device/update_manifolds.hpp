@@ -102,6 +102,13 @@ struct ContactChanges {
     find_colour(index);
     exec::atomic_store(counters->any_began, 1u);
     exec::atomic_store(counters->layout_dirty, 1u);
+    if (asks(bodies, c))
+      c.bits |= unanswered_bit;
+    else
+      begin_between(c, m);
+  }
+  /// What a contact that begins does to its bodies.
+  FATHOM_HD void begin_between(const Contact& c, const ContactManifold& m) const {
     if (!c.fixed_a() && is_placed(m, c)) look_for_supports(c);
     wake(c.a);
     wake(c.b);
@@ -128,7 +135,7 @@ struct ContactChanges {
     m.friction = combine(of_a.friction, of_b.friction, of_a.friction_rule, of_b.friction_rule);
     m.restitution = combine(of_a.restitution, of_b.restitution, of_a.restitution_rule, of_b.restitution_rule);
     if (m.restitution > 0) exec::atomic_store(counters->may_bounce, 1u);
-    c.bits &= ~static_cast<std::uint32_t>(on_moving_surface_bit | by_direction_bit);
+    c.bits &= ~static_cast<std::uint32_t>(on_moving_surface_bit | by_direction_bit | own_slide_bit);
     const bool a_moves = own ? !(own->surface_velocity == Vec3{}) : a.has_moving_surface();
     if (a_moves || b.has_moving_surface()) c.bits |= on_moving_surface_bit;
     const bool a_has_axis = own ? !(own->friction_axis == Vec3{}) : a.has_friction_axis();
@@ -317,10 +324,11 @@ struct SortOutContacts {
         drop(index, c);
         return nothing;
       }
+      if (!has_custom_filter(bodies, c)) c.bits &= ~static_cast<std::uint32_t>(kept_out_bit);
       if (changes.apart.is_on && (fresh || noted & joint_change)) changes.meet_joints(c);
       if (c.touching() && noted & mix_materials) changes.mix(c, changes.contacts.manifolds[c.manifold]);
     }
-    if (c.apart()) return nothing;
+    if (c.apart() || c.kept_out()) return nothing;
     if (!overlaps(bodies.boxes[pieces.a], bodies.boxes[pieces.b])) {
       if (c.touching()) changes.end(c);
       return nothing;
@@ -356,10 +364,11 @@ struct SortOutContacts {
         drop(index, c);
         return nothing;
       }
+      if (!has_custom_filter(bodies, c)) c.bits &= ~static_cast<std::uint32_t>(kept_out_bit);
       if (changes.apart.is_on && (fresh || noted & joint_change))
         c.bits = changes.apart.has(c.a, c.b) ? c.bits | apart_bit : c.bits & ~apart_bit;
     }
-    const bool is_near = !c.apart() && overlaps(bodies.boxes[pieces.a], bodies.boxes[pieces.b]);
+    const bool is_near = !c.apart() && !c.kept_out() && overlaps(bodies.boxes[pieces.a], bodies.boxes[pieces.b]);
     if (!is_near)
       changes.for_each_patch(c, [&](std::uint32_t, Contact& patch) {
         if (patch.touching()) changes.end(patch);

@@ -204,15 +204,6 @@ void ContactGraph::make_manifolds(std::size_t count) {
   grow_to(manifolds_, manifolds_.size() + count - old);
 }
 
-namespace {
-
-/// In any direction.
-float largest_friction(const Material& m) {
-  return SideFriction{m.friction, m.friction_along, m.friction_axis, m.friction_rule}.largest();
-}
-
-}  // namespace
-
 void ContactGraph::mix_materials(Contact& c) {
   if (c.touching()) mix_materials(c, manifolds_[c.manifold]);
 }
@@ -235,13 +226,8 @@ void ContactGraph::mix_materials(Contact& c, ContactManifold& m) {
   if (m.rolling_length() > 0) std::atomic_ref(may_roll_).store(true, std::memory_order_relaxed);
 }
 
-ContactMaterials ContactGraph::mixed_materials(std::uint32_t slot_a, std::uint32_t slot_b, Children children) const {
-  const BodyInfo &body_a = bodies_[slot_a], &body_b = bodies_[slot_b];
-  const Material &a = piece_of(body_a, children.a).material, &b = piece_of(body_b, children.b).material;
-  return {combine(largest_friction(a), largest_friction(b), a.friction_rule, b.friction_rule),
-          combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule),
-          rotate(state_.poses[slot_b].rotation, surface_velocity(body_b, children.b)) -
-              rotate(state_.poses[slot_a].rotation, surface_velocity(body_a, children.a))};
+ContactMaterials ContactGraph::mixed_materials(std::uint32_t a, std::uint32_t b, Children children) const {
+  return native::mixed_materials(bodies_[a], bodies_[b], children, state_.poses[a].rotation, state_.poses[b].rotation);
 }
 
 void ContactGraph::give(std::uint32_t index, const ContactMaterials& materials) {

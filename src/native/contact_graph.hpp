@@ -45,12 +45,6 @@ struct GraphEdge {
   }
 };
 
-/// The combined material of a contact's two surfaces.
-struct ContactMaterials {
-  float friction = 0, restitution = 0;
-  Vec3 slide;  ///< sliding velocity of B relative to A added by moving surfaces (m/s, world axes)
-};
-
 /// Number of parts into which work on this many contacts or pairs is divided.
 inline std::size_t parts_for(const ThreadPool& pool, std::size_t items) {
   return items < min_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());

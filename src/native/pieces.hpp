@@ -1,8 +1,10 @@
 // The pieces that touch in a contact: a body's shape, or one child of its compound.
 #pragma once
 
+#include "dynamics/friction_by_direction.hpp"
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/overlap.hpp"
+#include "dynamics/softness.hpp"
 #include "geometry/support.hpp"
 #include "native/contact.hpp"
 #include "world/body_table.hpp"
@@ -54,6 +56,25 @@ inline Vec3 surface_velocity(const BodyInfo& info, std::uint32_t child) {
 }
 inline Vec3 friction_axis(const BodyInfo& info, std::uint32_t child) {
   return in_body_axes(&Material::friction_axis, info, child);
+}
+
+/// Coulomb's coefficient, the largest in any direction.
+inline float largest_friction(const Material& m) {
+  return SideFriction{m.friction, m.friction_along, m.friction_axis, m.friction_rule}.largest();
+}
+
+/// The combined material of a contact's two surfaces.
+struct ContactMaterials {
+  float friction = 0, restitution = 0;
+  Vec3 slide;  ///< sliding velocity of B relative to A added by moving surfaces (m/s, world axes)
+};
+/// Of the pieces `children` of two bodies with these rotations.
+inline ContactMaterials mixed_materials(const BodyInfo& body_a, const BodyInfo& body_b, Children children, Quat turn_a,
+                                        Quat turn_b) {
+  const Material &a = piece_of(body_a, children.a).material, &b = piece_of(body_b, children.b).material;
+  return {combine(largest_friction(a), largest_friction(b), a.friction_rule, b.friction_rule),
+          combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule),
+          rotate(turn_b, surface_velocity(body_b, children.b)) - rotate(turn_a, surface_velocity(body_a, children.a))};
 }
 
 /// The piece as a body of its own, whose centre moves within dt (s) to where the body takes it: from `pose` with the

@@ -33,34 +33,24 @@ void PreSolve::list_touching() {
   touching_.erase(std::unique(touching_.begin(), touching_.end()), touching_.end());
 }
 
-/// Swaps the graph's A and B if needed: the application sees the lower slot first.
-void PreSolve::begin_contact(PreSolveContact& contact, const Answer& pair, Vec3 normal) const {
-  const bool swaps = pair.b < pair.a;
-  contact.a = bodies_.id(swaps ? pair.b : pair.a), contact.b = bodies_.id(swaps ? pair.a : pair.b);
-  contact.child_a = swaps ? pair.children.b : pair.children.a;
-  contact.child_b = swaps ? pair.children.a : pair.children.b;
-  contact.normal = swaps ? -normal : normal;
-  const ContactMaterials mixed = graph_.mixed_materials(pair.a, pair.b, pair.children);
-  contact.friction = mixed.friction, contact.restitution = mixed.restitution;
-  contact.surface_velocity = swaps ? -mixed.slide : mixed.slide;
+PreSolveContact PreSolve::question(const Answer& pair, Vec3 normal) const {
+  return question_about(pair, bodies_, normal, graph_.mixed_materials(pair.a, pair.b, pair.children));
 }
 
 PreSolve::Answer& PreSolve::answered(PreSolveContact& contact, Answer pair) {
   callbacks_.ask(contact);
   pair.enabled = contact.enabled;
-  const Vec3 slide = contact.surface_velocity;
-  pair.materials = {contact.friction, contact.restitution, pair.b < pair.a ? -slide : slide};
+  pair.materials = materials_of(pair, contact);
   return answers_.emplace_back(pair);
 }
 
 bool PreSolve::keeps(std::uint32_t index) {
   Contact& c = graph_[index];
   const ContactManifold& m = graph_.manifold(c);
-  const Answer pair{c.a, c.b, graph_.children(index), true, {}};
+  const Answer pair{{c.a, c.b, graph_.children(index)}, true, {}};
   const Pose &a = state_.poses[c.a], &b = state_.poses[c.b];
   const Vec3 normal = rotate(a.rotation, m.normal);
-  PreSolveContact contact{};
-  begin_contact(contact, pair, normal);
+  PreSolveContact contact = question(pair, normal);
   contact.point_count = m.point_count();
   for (int i = 0; i < contact.point_count; ++i) {
     const Vec3 on_a = transform(a, m.points[i].anchor_a), on_b = transform(b, m.points[i].anchor_b);
@@ -79,10 +69,9 @@ bool PreSolve::lets_begin(NewManifold& fresh) {
   const std::uint32_t index = fresh.contact & ~NewManifold::new_part;
   const Contact& c = graph_[index];
   if (!asks(c.a, c.b)) return true;
-  const Answer pair{c.a, c.b, is_new ? fresh.children : graph_.children(index), true, {}};
+  const Answer pair{{c.a, c.b, is_new ? fresh.children : graph_.children(index)}, true, {}};
   const Pose& a = state_.poses[c.a];
-  PreSolveContact contact{};
-  begin_contact(contact, pair, rotate(a.rotation, fresh.manifold.normal));
+  PreSolveContact contact = question(pair, rotate(a.rotation, fresh.manifold.normal));
   contact.point_count = fresh.manifold.count;
   for (int i = 0; i < contact.point_count; ++i) {
     const ManifoldPoint& point = fresh.manifold.points[i];
@@ -107,9 +96,8 @@ bool PreSolve::may_stop(const FastPair& pair, Vec3 normal) {
     is_known = true;
   }
   if (is_known) return false;
-  const Answer asked{pair.a, pair.b, pair.children, true, {}};
-  PreSolveContact contact{};
-  begin_contact(contact, asked, normal);
+  const Answer asked{{pair.a, pair.b, pair.children}, true, {}};
+  PreSolveContact contact = question(asked, normal);
   return answered(contact, asked).enabled;
 }
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "native/asked_contact.hpp"
 #include "native/body_state.hpp"
 #include "native/contact_changes.hpp"
 #include "native/contact_graph.hpp"
@@ -35,16 +36,14 @@ class PreSolve {
   }
 
  private:
-  struct Answer {
-    std::uint32_t a, b;
-    Children children;
+  struct Answer : AskedContact {
     bool enabled;
     ContactMaterials materials;
   };
 
   bool asks(std::uint32_t a, std::uint32_t b) const { return bodies_[a].pre_solve || bodies_[b].pre_solve; }
   void list_touching();
-  void begin_contact(PreSolveContact& contact, const Answer& pair, Vec3 normal) const;
+  PreSolveContact question(const Answer& pair, Vec3 normal) const;
   Answer& answered(PreSolveContact& contact, Answer pair);
   bool keeps(std::uint32_t index);
   bool lets_begin(NewManifold& fresh);

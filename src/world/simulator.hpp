@@ -57,6 +57,8 @@ class Simulator {
   virtual void material_changed(std::uint32_t slot) = 0;
   virtual void filter_changed(std::uint32_t slot) = 0;
   virtual void info_changed(std::uint32_t slot) = 0;
+  /// A callback was set or emptied.
+  virtual void callbacks_changed() {}
   /// Wakes all bodies that gravity acts on.
   virtual void gravity_changed() = 0;
   virtual void wake(std::uint32_t slot) = 0;

@@ -65,6 +65,7 @@ void World::restore(std::span<const std::byte> bytes) {
   fresh->restore(in);
   in.require(in.left() == 0);
   fresh->callbacks = std::move(simulator_->callbacks);
+  fresh->callbacks_changed();
   simulator_ = std::move(fresh);
 }
 

@@ -83,19 +83,10 @@ void tell_of_limits(Simulator& sim, std::uint32_t slot, Vec3 linear, Vec3 angula
 
 }  // namespace
 
-static void check_available(const BodyDef& def, SimulatorKind simulator, const std::string& action = "add body") {
-  if (simulator != SimulatorKind::device) return;
-  if (def.pre_solve || def.custom_filter)
-    throw Error(ErrorCode::unavailable, action + ": the device simulator asks no callbacks, so no body can have " +
-                                            (def.pre_solve ? "pre_solve" : "custom_filter") +
-                                            "; take the native or the hybrid one");
-}
-
 BodyId World::add(const BodyDef& def) {
   Simulator& sim = *simulator_;
   sim.callbacks.check_not_called("add body");
   check_body(def);
-  check_available(def, sim.def.simulator);
   if (sim.bodies.count() >= sim.def.max_bodies)
     throw Error(ErrorCode::capacity, "add body: the world already holds its limit of " +
                                          std::to_string(sim.def.max_bodies) + " bodies; raise WorldDef::max_bodies");
@@ -279,7 +270,6 @@ bool World::is_excluded(BodyId a, BodyId b) const {
 static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, const char* action) {
   try {
     check_body(def);
-    check_available(def, sim.def.simulator);
     BodyTable().add(def);  // throws what the table would, before anything changes
   } catch (const Error& error) {
     constexpr std::string_view adding = "add body";
@@ -350,7 +340,6 @@ bool World::is_sensor(BodyId id) const {
 
 void World::set_pre_solve(BodyId id, bool pre_solve) {
   const std::uint32_t slot = slot_to_change(*simulator_, id, "set pre_solve");
-  if (pre_solve) check_available({.pre_solve = true}, simulator_->def.simulator, "set pre_solve");
   simulator_->bodies.set_pre_solve(slot, pre_solve);
   simulator_->material_changed(slot);  // mixes materials again in contacts that the callback changed
 }
@@ -361,7 +350,6 @@ bool World::has_pre_solve(BodyId id) const {
 
 void World::set_custom_filter(BodyId id, bool custom_filter) {
   const std::uint32_t slot = slot_to_change(*simulator_, id, "set custom_filter");
-  if (custom_filter) check_available({.custom_filter = true}, simulator_->def.simulator, "set custom_filter");
   simulator_->bodies.set_custom_filter(slot, custom_filter);
   simulator_->filter_changed(slot);
 }
@@ -535,6 +523,7 @@ void World::set_pre_solve_callback(std::function<void(PreSolveContact&)> callbac
   Simulator& sim = *simulator_;
   sim.callbacks.check_not_called("set pre-solve callback");
   sim.callbacks.pre_solve = std::move(callback);
+  sim.callbacks_changed();
   if (sim.callbacks.pre_solve) return;
   for (const std::uint32_t slot : sim.bodies.pre_solvers()) sim.material_changed(slot);
 }
@@ -542,6 +531,7 @@ void World::set_pre_solve_callback(std::function<void(PreSolveContact&)> callbac
 void World::set_filter_callback(std::function<bool(BodyId, BodyId)> callback) {
   simulator_->callbacks.check_not_called("set filter callback");
   simulator_->callbacks.filter = std::move(callback);
+  simulator_->callbacks_changed();
 }
 
 // Forces and impulses ---------------------------------------------------------------------------------------
