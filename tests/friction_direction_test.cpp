@@ -320,9 +320,9 @@ TEST(FrictionEllipse, LimitsToTheNearestImpulse) {
                 most = std::pow(10.0f, uniform(random, -6, 6));
     const float cosine = std::cos(angle), sine = std::sin(angle);
     const float u = size * std::cos(towards), v = size * std::sin(towards);
-    FrictionImpulse<float> now{0, 0, 7};
-    limit_to_ellipse((1 - ratio) * cosine, (1 - ratio) * sine, most, most * (cosine * u - sine * v),
-                     most * (sine * u + cosine * v), now);
+    const FrictionImpulse<float> now =
+        limited_to_ellipse((1 - ratio) * cosine, (1 - ratio) * sine, most,
+                           FrictionImpulse<float>{most * (cosine * u - sine * v), most * (sine * u + cosine * v), 7});
     double x = 0, y = 0;
     const double r = ratio;
     nearest_in_ellipse(r, u, v, x, y);
@@ -340,9 +340,9 @@ TEST(FrictionEllipse, IsFiniteForAllFloats) {
   for (int i = 0; i < 200000; ++i) {
     const auto any = [&] { return (random() % 2 ? 1.0f : -1.0f) * std::pow(10.0f, uniform(random, -38, 18)); };
     const float part = random() % 4 ? uniform(random, 0, 1) : 1.0f, angle = uniform(random, 0, 2 * pi);
-    FrictionImpulse<float> now{0, 0, 0};
     const float most = random() % 5 ? std::abs(any()) : 0;
-    limit_to_ellipse(part * std::cos(angle), part * std::sin(angle), most, any(), random() % 5 ? any() : 0, now);
+    const FrictionImpulse<float> now = limited_to_ellipse(part * std::cos(angle), part * std::sin(angle), most,
+                                                          FrictionImpulse<float>{any(), random() % 5 ? any() : 0, 0});
     ASSERT_TRUE(std::isfinite(now.slide_1) && std::isfinite(now.slide_2)) << i;
     ASSERT_LE(std::hypot(now.slide_1, now.slide_2), 1.0001f * most) << i;
   }

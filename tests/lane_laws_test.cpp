@@ -373,8 +373,8 @@ HWY_ATTR void rub_along_grain(ContactV& c, BodiesV& bodies) {
     const ContactV& contact;
     HWY_ATTR Vec3V<V> operator()(Vec3V<V> slide) const { return slide + contact.surfaces; }
     HWY_ATTR bool limits_by_direction() const { return true; }
-    HWY_ATTR void limit(V most, V wanted_1, V wanted_2, FrictionImpulse<V>& now) const {
-      limit_to_ellipse(contact.grain_1, contact.grain_2, most, wanted_1, wanted_2, now);
+    HWY_ATTR FrictionImpulse<V> limited(V most, FrictionImpulse<V> wanted, FrictionImpulse<V>) const {
+      return limited_to_ellipse(contact.grain_1, contact.grain_2, most, wanted);
     }
   };
   sweep_friction(c, c.axes(), bodies, Effect{c});

@@ -513,6 +513,25 @@ TEST_P(PreSolve, BodiesMayBeginAndCeaseToAsk) {
   steps(world, 2);
 }
 
+TEST(PreSolveOnDevices, StepsThatRunAheadAskTheSame) {
+  std::uint64_t hashes[2];
+  for (const int ahead : {0, 2}) {
+    WorldDef def;
+    def.simulator = SimulatorKind::device;
+    def.device = "host";
+    def.ahead = ahead;
+    World world(def);
+    fill(world, 100, false);
+    steps(world, 20);
+    world.set_pre_solve_callback([&](PreSolveContact& c) { mix_up(world, c); });
+    steps(world, 100);
+    world.set_pre_solve_callback({});
+    steps(world, 20);
+    hashes[ahead / 2] = world.state_hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
 // --- pairs -----------------------------------------------------------------------------------------------------
 
 TEST_P(PreSolve, PairsThatTheFilterCallbackRefusesDoNotCollide) {

@@ -161,6 +161,11 @@ struct ContactAnswer {
   Vec3 slide;  ///< m/s, world axes
 };
 
+/// Two bodies in either order.
+FATHOM_HD std::uint64_t refused_key(std::uint32_t a, std::uint32_t b) {
+  return a < b ? std::uint64_t{a} << 32 | b : std::uint64_t{b} << 32 | a;
+}
+
 /// Counts that live on the device from one step to the next.
 struct Counters {
   std::uint32_t bodies = 0;    ///< indices in use, holes included
@@ -206,6 +211,7 @@ struct Counters {
   std::uint32_t deferred[shape_pairs] = {};  ///< of `to_collide`: they touch, but there was no room for a manifold
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
   std::uint32_t asked = 0;      ///< questions to the application
+  std::uint32_t refused = 0;    ///< entries of `Contacts::refused`
   std::uint32_t any_began = 0;  ///< 1: some contact got a manifold; `begun` counts touches, which come later
   std::uint32_t any_ended = 0;  ///< 1: some contact lost its manifold
   std::uint32_t waking = 0;     ///< bodies to check for waking: 0 or all
@@ -306,6 +312,8 @@ struct Contacts {
   Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the memory of `found`
   Of<FastPair, contact_worklists> fast;             ///< `fast_capacity`, two lists, see `fast_at`
   Of<std::uint32_t, contact_worklists> next_of_a;   ///< per entry of `fast` the next pair of A, or `none`; for bullets
+  /// Pairs of bodies that the application has refused altogether, ascending, see `refused_key`.
+  Of<std::uint64_t, contact_list> refused;
   Of<Vec3, contact_list> own_slides;  ///< m/s, world axes, by contact; null: the application is asked about none
   Of<FixedContact, contact_worklists> fixed_contacts;  ///< by contact; null: there are no seams
   std::uint32_t capacity;

@@ -131,7 +131,8 @@ ContactMemory::ContactMemory(exec::Memory& m)
       filter_questions_(m),
       contact_questions_(m),
       answers_(m),
-      refused_pairs_(m),
+      refused_contacts_(m),
+      refused_(m),
       patch_sets_(m),
       to_collide_(m),
       free_manifolds_(m),
@@ -191,7 +192,8 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
 void ContactMemory::reserve_for_questions() {
   own_slides_.grow(capacity_, exec::Contents::keep);
   filter_questions_.grow(capacity_);
-  refused_pairs_.grow(capacity_);
+  refused_contacts_.grow(capacity_);
+  refused_.grow(capacity_ + manifold_capacity_, exec::Contents::keep);
   contact_questions_.grow(manifold_capacity_);
   answers_.grow(manifold_capacity_);
 }
@@ -218,6 +220,7 @@ ContactArrays ContactMemory::contacts() {
           .deferred = reinterpret_cast<std::uint32_t*>(found_.data()),
           .fast = fast_.data(),
           .next_of_a = next_of_a_.data(),
+          .refused = refused_.data(),
           .own_slides = own_slides_.data(),
           .fixed_contacts = fixed_contacts_.data(),
           .capacity = static_cast<std::uint32_t>(capacity()),

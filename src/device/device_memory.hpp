@@ -112,7 +112,8 @@ class ContactMemory {
   FilterQuestion* filter_questions() { return filter_questions_.data(); }
   ContactQuestion* contact_questions() { return contact_questions_.data(); }
   ContactAnswer* answers() { return answers_.data(); }
-  std::uint32_t* refused_pairs() { return refused_pairs_.data(); }
+  std::uint32_t* refused_contacts() { return refused_contacts_.data(); }
+  std::uint64_t* refused() { return refused_.data(); }
   /// What only surfaces need.
   void reserve_for_surfaces(std::uint32_t workers) { patch_sets_.grow(workers); }
   /// Memory for the patches of a pair, for each of `surface_workers()`.
@@ -141,7 +142,8 @@ class ContactMemory {
   exec::Buffer<FilterQuestion> filter_questions_;
   exec::Buffer<ContactQuestion> contact_questions_;
   exec::Buffer<ContactAnswer> answers_;
-  exec::Buffer<std::uint32_t> refused_pairs_;
+  exec::Buffer<std::uint32_t> refused_contacts_;
+  exec::Buffer<std::uint64_t> refused_;
   exec::Buffer<PatchSet> patch_sets_;
   exec::Buffer<std::uint32_t> to_collide_, free_manifolds_, uncoloured_0_, uncoloured_1_;
   exec::Buffer<PairRecord> begun_, ended_;

@@ -11,6 +11,7 @@
 #include <deque>
 #include <memory>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "device/body_indices.hpp"
@@ -243,12 +244,15 @@ class DeviceSimulator final : public Simulator {
   void submit(PendingStep& pending, bool with_edits, Stop after = no_stop);
   /// Whether the application may be asked within steps.
   bool asks() const;
+  std::uint32_t question_bits(const BodyInfo& info) const;
   void submit_asking(const PendingStep& pending, Stop after);
   template <class List>
   Counters count_questions(const List& list);
   void ask_about_pairs(Step<D>& step);
   void ask_about_contacts(Step<D>& step);
   ContactAnswer answer(const ContactQuestion& question);
+  void upload_refused();
+  std::vector<Vec3> own_slides(std::size_t contacts);
   void reserve_results(const PendingStep& pending);
   void submit_results(const PendingStep& pending);
   void reserve_events(StepBuffers& buffers, std::size_t room);
@@ -391,7 +395,11 @@ class DeviceSimulator final : public Simulator {
   bool any_extras_ = false;                         // some material has a rolling resistance or `SurfaceTraits`
   std::uint32_t fixed_slot_ = none;                 // of the last fixed body with faces
   std::uint32_t shapes_ = 0, recorded_shapes_ = 0;  // see StepSettings::shapes; the second is that of the graphs
-  bool is_asking_ = false;  // a callback runs: the mirror holds the state of the step's beginning
+  // Pairs of bodies that the application has refused, see `refused_key`: when they came near, or all of their contacts
+  // in this step.
+  std::unordered_set<std::uint64_t> kept_out_, refused_in_step_;
+  std::vector<std::uint32_t> question_bits_;  // by slot, as the device has them
+  bool is_asking_ = false;                    // a callback runs: the mirror holds the state of the step's beginning
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;

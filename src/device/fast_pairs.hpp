@@ -267,6 +267,20 @@ struct HoldBackFast {
     return any_refused;
   }
 
+  /// Whether the application has refused all contacts of two bodies in this step, or the pair.
+  FATHOM_HD bool is_refused(std::uint32_t a, std::uint32_t b) const {
+    const std::uint64_t key = refused_key(a, b);
+    std::uint32_t first = 0, end = move.counters->refused;
+    while (first < end) {
+      const std::uint32_t middle = (first + end) / 2;
+      if (contacts.refused[middle] < key)
+        first = middle + 1;
+      else
+        end = middle;
+    }
+    return first < move.counters->refused && contacts.refused[first] == key;
+  }
+
   FATHOM_HD static std::uint64_t key_of(std::uint32_t obstacle, std::uint32_t held) {
     return std::uint64_t{obstacle} << 32 | held;
   }
@@ -281,8 +295,8 @@ struct HoldBackFast {
     const auto ask = [&](std::uint32_t other) {
       const MotionType motion = bodies.constants[other].motion();
       if (motion == MotionType::dynamic || (only_fixed && motion != MotionType::fixed)) return;
-      // The application may let the body pass; what holds it is a pair of its own.
-      if ((c.bits | bodies.constants[other].bits) & (asks_bit | filters_bit)) return;
+      if ((c.bits | bodies.constants[other].bits) & (asks_bit | filters_bit) && is_refused(i, body_of(bodies, other)))
+        return;
       const Aabb box = bodies.known[other].box();
       if (!overlaps(box, way) || (apart.is_on && apart.has(i, body_of(bodies, other)))) return;
       for (std::uint32_t k = 0; k < (is_compound ? c.hull : 1); ++k) {

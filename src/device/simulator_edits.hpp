@@ -54,6 +54,8 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   BodyConstants& c = d.constants;
   c.bits |= living_bit | (info.isotropic ? isotropic_bit : 0u) | (info.can_sleep ? can_sleep_bit : 0u) |
             (info.is_bullet ? bullet_bit : 0u);
+  if (question_bits_.size() <= slot) question_bits_.resize(slot + slot / 2 + 1);
+  question_bits_[slot] = question_bits(info);
   c.radius = info.radius;
   c.inverse_mass = info.inverse_mass;
   c.inverse_inertia = info.isotropic ? info.inverse_inertia.xx : 0;
@@ -107,8 +109,7 @@ BodyData DeviceSimulator<D>::surface_data(const BodyInfo& info, const Geometry& 
            static_cast<std::uint32_t>(shape.type) << shape_shift |
            static_cast<std::uint32_t>(material.friction_rule) << friction_rule_shift |
            static_cast<std::uint32_t>(material.restitution_rule) << restitution_rule_shift;
-  if (callbacks.pre_solve && info.pre_solve) c.bits |= asks_bit;
-  if (callbacks.filter && info.custom_filter) c.bits |= filters_bit;
+  c.bits |= question_bits(info);
   if (c.bits & (asks_bit | filters_bit)) {
     shapes_ |= questions_bit;
     may_bounce_ = any_extras_ = true;  // whatever the answers

@@ -15,10 +15,20 @@ bool DeviceSimulator<D>::asks() const {
   return shapes_ & questions_bit && (callbacks.pre_solve || callbacks.filter);
 }
 
+/// The bits of a body about which the application is asked.
+template <exec::Device D>
+std::uint32_t DeviceSimulator<D>::question_bits(const BodyInfo& info) const {
+  return (callbacks.pre_solve && info.pre_solve ? 1u * asks_bit : 0u) |
+         (callbacks.filter && info.custom_filter ? 1u * filters_bit : 0u);
+}
+
+/// Only where something changes, because a change of constants wakes the body.
 template <exec::Device D>
 void DeviceSimulator<D>::callbacks_changed() {
-  for (const BodyId id : bodies.living())
-    if (bodies[id.index].pre_solve || bodies[id.index].custom_filter) constants_changed(id.index, 0);
+  for (const BodyId id : bodies.living()) {
+    const std::uint32_t known = id.index < question_bits_.size() ? question_bits_[id.index] : 0;
+    if (question_bits(bodies[id.index]) != known) constants_changed(id.index, 0);
+  }
 }
 
 template <exec::Device D>
@@ -40,6 +50,7 @@ void DeviceSimulator<D>::submit_asking(const PendingStep& pending, Stop after) {
     device_.launch(*buffers.repeat_graph);
   }
   ask_about_contacts(step);
+  upload_refused();
   launch(buffers.bodies_graph, [&] { step.submit_bodies(); });
   steps = now;
 }
@@ -73,11 +84,13 @@ void DeviceSimulator<D>::ask_about_pairs(Step<D>& step) {
     const bool is_same = i > 0 && questions[i - 1].a == q.a && questions[i - 1].b == q.b;
     if (!is_same) lets = callbacks.lets_collide(bodies.id(q.a), bodies.id(q.b));
     if (!lets) refused.push_back(q.contact);
+    const std::uint64_t key = refused_key(indices_.of(q.a), indices_.of(q.b));
+    lets ? kept_out_.erase(key) : kept_out_.insert(key).second;
   }
   is_asking_ = false;
   if (refused.empty()) return;
-  upload(contact_memory_.refused_pairs(), refused);
-  step.refuse_pairs(contact_memory_.refused_pairs(), static_cast<std::uint32_t>(refused.size()));
+  upload(contact_memory_.refused_contacts(), refused);
+  step.refuse_pairs(contact_memory_.refused_contacts(), static_cast<std::uint32_t>(refused.size()));
 }
 
 /// In an order that does not depend on the device's.
@@ -100,9 +113,27 @@ void DeviceSimulator<D>::ask_about_contacts(Step<D>& step) {
   is_asking_ = true;
   for (const ContactQuestion& q : questions) answers.push_back(answer(q));
   is_asking_ = false;
+  refused_in_step_.clear();
+  std::unordered_set<std::uint64_t> enabled;
+  for (std::size_t i = 0; i < questions.size(); ++i)
+    (answers[i].enabled ? enabled : refused_in_step_).insert(refused_key(questions[i].a, questions[i].b));
+  std::erase_if(refused_in_step_, [&](std::uint64_t key) { return enabled.contains(key); });
   if (answers.empty()) return;
   upload(contact_memory_.answers(), answers);
   step.apply_answers(contact_memory_.answers(), static_cast<std::uint32_t>(answers.size()));
+}
+
+/// What fast bodies may pass, beside contacts: they may be deflected towards bodies that they have none with.
+template <exec::Device D>
+void DeviceSimulator<D>::upload_refused() {
+  std::vector<std::uint64_t> keys(kept_out_.begin(), kept_out_.end());
+  keys.insert(keys.end(), refused_in_step_.begin(), refused_in_step_.end());
+  std::ranges::sort(keys);
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  // More than there are contacts may remain of bodies that are gone.
+  keys.resize(std::min(keys.size(), contact_memory_.capacity() + contact_memory_.manifold_capacity()));
+  upload(contact_memory_.refused(), keys);
+  device_.fill(&counters_.data()->refused, 1, static_cast<std::uint32_t>(keys.size()));
 }
 
 template <exec::Device D>

@@ -41,7 +41,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   const ContactArrays arrays = s.contact_memory_.contacts();
   write(s.download(arrays.contacts, counters.contacts), s.download(arrays.free, counters.free_contacts),
         s.download(arrays.manifolds, counters.manifolds), s.download(arrays.free_manifolds, counters.free_manifolds),
-        s.download(arrays.own_slides, arrays.own_slides ? counters.contacts : 0));
+        s.own_slides(counters.contacts));
   // The layout of constraints, which is kept while no colour changes.
   const ConstraintArrays layout = s.contact_memory_.constraints();
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
@@ -53,6 +53,18 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   const bool has_list = published_settings().sweep && submitted_ > 0 && !set_changed_;
   write(set_changed_, wanted_slots_,
         s.download(s.published_memory_.order.data(), has_list ? list_size(counters.bodies) : 0));
+}
+
+/// The application's slides of as many contacts, zero where it gave none.
+template <exec::Device D>
+std::vector<Vec3> DeviceSimulator<D>::own_slides(std::size_t contacts) {
+  const ContactArrays arrays = contact_memory_.contacts();
+  if (!arrays.own_slides) return {};
+  std::vector<Vec3> slides = download(arrays.own_slides, contacts);
+  const std::vector<Contact> all = download(arrays.contacts, contacts);
+  for (std::size_t k = 0; k < contacts; ++k)
+    if (!all[k].in_use() || !(all[k].bits & own_slide_bit)) slides[k] = {};
+  return slides;
 }
 
 template <exec::Device D>
@@ -149,7 +161,12 @@ std::vector<BodyConstants> DeviceSimulator<D>::restore_bodies(ByteReader& in, co
   body_memory_.for_each_lasting([&](auto& buffer) {
     read_into(in, buffer.data(), buffer.size(), is_on_device() ? counters.bodies : 0, [&](auto& host) {
       if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodyConstants>>) {
-        for (std::uint32_t i = 0; i < host.size(); ++i) give_links(host[i], names[i]);
+        question_bits_.assign(bodies.slot_count(), 0);
+        for (std::uint32_t i = 0; i < host.size(); ++i) {
+          give_links(host[i], names[i]);
+          if (names[i].slot != none && names[i].child == none)
+            question_bits_[names[i].slot] = host[i].bits & (asks_bit | filters_bit);
+        }
         constants = host;
       }
       if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodySupport>>)
@@ -221,6 +238,7 @@ void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counte
       };
       in.require(!c.in_use() || !c.in_parts() || (has_child(c.a, c.child_a()) && has_child(c.b, c.child_b())));
       in.require(!c.in_use() || !c.is_with_surface() || has_other_shape[c.a] || constants[c.a].is_surface());
+      if (c.in_use() && c.kept_out()) kept_out_.insert(refused_key(c.a, c.b));
       if (c.in_use() && (c.in_parts() || c.is_patch()) && c.in_touch())
         ++touching_parts_[std::uint64_t{c.a} << 32 | c.b];
       if (!c.in_use() || c.is_with_surface()) continue;

@@ -275,7 +275,7 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactA
   return carried_speed<L>(axes.arm_b, turned, b.angular - a.angular) - cross(a.angular, moved);
 }
 
-/// Limits sliding impulses to an ellipse: the nearest impulse to (wanted_1, wanted_2) within it. Its semi-axes are
+/// Limits sliding impulses to an ellipse: the nearest impulse to `wanted` within it. Its semi-axes are
 /// `most` (N·s) along (grain_1, grain_2) in the plane of t1 and t2, and 1 − |grain| of that across. The nearest impulse
 /// makes friction oppose the ellipse's normal, as maximum dissipation demands (Moreau, "On unilateral constraints,
 /// friction and plasticity", 1974): a ski that drifts at an angle is braked across its axis almost alone. Newton's
@@ -283,14 +283,15 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactA
 /// comes within 0.005 of the semi-axes in five rounds, or 0.05 where they are more than 20 times apart; the result
 /// is in the ellipse in any case.
 template <class L>
-FATHOM_LANE_FUNCTION void limit_to_ellipse(L grain_1, L grain_2, L most, L wanted_1, L wanted_2,
-                                           FrictionImpulse<L>& now) {
+FATHOM_LANE_FUNCTION FrictionImpulse<L> limited_to_ellipse(L grain_1, L grain_2, L most,
+                                                           const FrictionImpulse<L>& wanted) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f), least = splat<L>(1e-30f);
   const L grain = root(mul_add(grain_2 * grain_2, grain_1, grain_1));
   const L inverse = inverse_or_zero(grain);
   const L cosine = select(is_above(grain, zero), grain_1 * inverse, one), sine = grain_2 * inverse;
   const L ratio = larger(one - grain, zero), ratio_squared = ratio * ratio;
-  const L along = mul_add(cosine * wanted_1, sine, wanted_2), across = mul_sub(cosine * wanted_2, sine, wanted_1);
+  const L along = mul_add(cosine * wanted.slide_1, sine, wanted.slide_2),
+          across = mul_sub(cosine * wanted.slide_2, sine, wanted.slide_1);
   // In units of `most`, but no more than a million of them, whose squares are finite.
   const L unit = larger(larger(most, splat<L>(1e-6f) * larger(magnitude(along), magnitude(across))), least);
   const L u = along / unit, v = across / unit;
@@ -305,8 +306,7 @@ FATHOM_LANE_FUNCTION void limit_to_ellipse(L grain_1, L grain_2, L most, L wante
   }
   const L kept = most / larger(root(squared), one);
   const L now_along = x * kept, now_across = ratio * y * kept;
-  now.slide_1 = mul_sub(cosine * now_along, sine, now_across);
-  now.slide_2 = mul_add(cosine * now_across, sine, now_along);
+  return {mul_sub(cosine * now_along, sine, now_across), mul_add(cosine * now_across, sine, now_along), wanted.twist};
 }
 
 /// Friction over the patch around c; returns the updated impulse. Stops first the twist about the normal, then the
@@ -317,8 +317,8 @@ FATHOM_LANE_FUNCTION void limit_to_ellipse(L grain_1, L grain_2, L most, L wante
 /// stops in a substep, so a gripped body keeps its whole limit. A common limit would be closer to Coulomb's law, but
 /// loses grips where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried`
 /// adds to the sliding velocity the motion of moving surfaces and, where A is kinematic, `carried_slide`. Where
-/// friction depends on direction it has `limits_by_direction()` and `limit(most, wanted_1, wanted_2, now)`, see
-/// `limit_to_ellipse`.
+/// friction depends on direction it has `limits_by_direction()` and `limited(most, wanted, otherwise)`, see
+/// `limited_to_ellipse`.
 template <class L, class Bodies, class Carried>
 FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>& row, const ContactAxesOf<L>& axes,
                                                        Bodies& bodies, L load, const FrictionImpulse<L>& old,
@@ -345,7 +345,8 @@ FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>&
   const L kept = select(is_above(limit, zero), beyond, zero);
   FrictionImpulse<L> now{wanted_1 * kept, wanted_2 * kept, twist};
   if constexpr (requires { carried.limits_by_direction(); })
-    if (carried.limits_by_direction()) carried.limit(root(max_squared), wanted_1, wanted_2, now);
+    if (carried.limits_by_direction())
+      now = carried.limited(root(max_squared), FrictionImpulse<L>{wanted_1, wanted_2, twist}, now);
   push_tangential(bodies, axes, FrictionImpulse<L>{now.slide_1 - old.slide_1, now.slide_2 - old.slide_2, zero});
   return now;
 }

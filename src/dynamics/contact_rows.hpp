@@ -174,8 +174,9 @@ struct SurfaceEffect {
 
   FATHOM_HD Vec3 operator()(Vec3 slide) const { return surface ? slide + surface->slide : slide; }
   FATHOM_HD bool limits_by_direction() const { return surface && (surface->grain_1 != 0 || surface->grain_2 != 0); }
-  FATHOM_HD void limit(float most, float wanted_1, float wanted_2, FrictionImpulse<float>& now) const {
-    limit_to_ellipse(surface->grain_1, surface->grain_2, most, wanted_1, wanted_2, now);
+  FATHOM_HD FrictionImpulse<float> limited(float most, const FrictionImpulse<float>& wanted,
+                                           const FrictionImpulse<float>&) const {
+    return limited_to_ellipse(surface->grain_1, surface->grain_2, most, wanted);
   }
 };
 

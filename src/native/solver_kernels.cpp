@@ -42,16 +42,16 @@ HWY_NOINLINE Vec3V<V> carried_slide_of_moving(const ContactAxesOf<V>& axes, cons
   return {hn::IfThenElseZero(moves, sum.x), hn::IfThenElseZero(moves, sum.y), hn::IfThenElseZero(moves, sum.z)};
 }
 
-/// `limit_to_ellipse`, out of line, so that it costs other blocks nothing. Lanes without a direction keep their
-/// impulses.
+/// `limited_to_ellipse`, out of line, so that it costs other blocks nothing; `otherwise` in lanes without a direction,
+/// whose bits must not depend on their neighbours.
 template <class D, class V = hn::Vec<D>>
-HWY_NOINLINE void limit_by_direction(const Block<D>& block, V most, V wanted_1, V wanted_2, FrictionImpulse<V>& now) {
+HWY_NOINLINE FrictionImpulse<V> limited_by_direction(const Block<D>& block, V most, FrictionImpulse<V> wanted,
+                                                     FrictionImpulse<V> otherwise) {
   const V g1 = block.get(grain_1), g2 = block.get(grain_2);
-  FrictionImpulse<V> limited = now;
-  limit_to_ellipse(g1, g2, most, wanted_1, wanted_2, limited);
+  const FrictionImpulse<V> limited = limited_to_ellipse(g1, g2, most, wanted);
   const auto has_grain = is_above(mul_add(g2 * g2, g1, g1), splat<V>(0.0f));
-  now.slide_1 = select(has_grain, limited.slide_1, now.slide_1);
-  now.slide_2 = select(has_grain, limited.slide_2, now.slide_2);
+  return {select(has_grain, limited.slide_1, otherwise.slide_1), select(has_grain, limited.slide_2, otherwise.slide_2),
+          wanted.twist};
 }
 
 /// How a block's `ContactSurface`s change its friction.
@@ -65,8 +65,9 @@ struct SurfaceEffect {
     return slide;
   }
   HWY_INLINE bool limits_by_direction() const { return HWY_UNLIKELY(block.header().by_direction); }
-  HWY_INLINE void limit(V most, V wanted_1, V wanted_2, FrictionImpulse<V>& now) const {
-    limit_by_direction(block, most, wanted_1, wanted_2, now);
+  HWY_INLINE FrictionImpulse<V> limited(V most, const FrictionImpulse<V>& wanted,
+                                        const FrictionImpulse<V>& otherwise) const {
+    return limited_by_direction(block, most, wanted, otherwise);
   }
 };
 
