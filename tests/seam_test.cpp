@@ -17,6 +17,8 @@ namespace {
 struct Beside {
   std::vector<NeighbourSolid> solids;
 
+  int moments() const { return 1; }
+  const Beside& at(int) const { return *this; }
   template <class Act>
   bool any(const Act& act) const {
     return std::ranges::any_of(solids, act);

@@ -1,4 +1,4 @@
-// Seams: shapes that do not move against each other and lie side by side, such as tiles, collide as one surface.
+// Seams: shapes that lie side by side throughout a step, such as tiles, collide as one surface.
 //
 // Each pair of shapes is collided separately. A body that slides over two tiles would get a contact with the side of
 // the next one, which the previous tile hides, and a ball a contact with that tile's edge, tilted against its motion.
@@ -9,6 +9,9 @@
 //   on it both normals count; the side of a tile beside another one is hidden.
 // * A manifold that does not count is replaced by the one over the least deeply touched of the visible faces, if the
 //   other shape is over it; otherwise the neighbour holds it.
+//
+// Where shapes move against each other, only what is hidden as the step begins and as it ends does not count: a belt
+// that runs beside the floor continues it, but a lift that leaves the floor is a step.
 //
 // Triangles of a mesh (terrain/) follow the same rule, with precomputed edges. Pure, for host and device.
 #pragma once
@@ -133,7 +136,7 @@ FATHOM_HD bool rises_at(const Neighbour& neighbour, Vec3 point, Vec3 normal, flo
   return neighbour.holds(point, near * gap) && neighbour.rise(point, normal) > flat * gap;
 }
 
-/// `Neighbours`: any(act) returns whether act(neighbour) is true for any.
+/// `Neighbours`, at one moment: any(act) returns whether act(neighbour) is true for any.
 template <class Neighbours>
 FATHOM_HD bool rises_beside(const Neighbours& neighbours, Vec3 point, Vec3 normal, float gap) {
   return neighbours.any([&](const auto& n) { return rises_at(n, point, normal, gap); });
@@ -211,6 +214,15 @@ FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, c
   });
 }
 
+/// Whether is(neighbours at that moment) is true at the beginning of the step or, where some of them move against A, at
+/// its end. `Neighbours` here and below: `moments()` of `at(moment)`.
+template <class Neighbours, class Is>
+FATHOM_HD bool at_any_moment(const Neighbours& neighbours, const Is& is) {
+  for (int moment = 0; moment < neighbours.moments(); ++moment)
+    if (is(neighbours.at(moment))) return true;
+  return false;
+}
+
 /// Adds up to two points where the core of a round shape runs over the face, not higher than `reach`.
 FATHOM_HD void round_face_contact(const HullView& hull, int face, const RoundShape& round, float reach, Manifold& m) {
   const Stretch stretch = clip_segment(hull, face, round.core, 0);
@@ -258,7 +270,9 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
     }
     if (highest <= -half && nearest_separation(over) >= 0) continue;
     for (int i = 0; i < over.count; ++i)
-      if (is_seen(a, neighbours, pulled_inside(a, on_first(over, i)), over.normal, b_in_a.position, lengths))
+      if (at_any_moment(neighbours, [&](const auto& now) {
+            return is_seen(a, now, pulled_inside(a, on_first(over, i)), over.normal, b_in_a.position, lengths);
+          }))
         return over;
   }
 }
@@ -299,7 +313,8 @@ FATHOM_HD Manifold turned_to_seen_face(const Geometry& a, const Geometry& b, con
     const Hull::Plane& plane = hull_a.planes[f];
     const float cosine = dot(plane.normal, m.normal);
     if (cosine > nearest && plane_height(plane, point) > -lengths.gap && plane_height(plane, b_in_a.position) > 0 &&
-        is_seen(a, neighbours, point, plane.normal, b_in_a.position, lengths))
+        at_any_moment(neighbours,
+                      [&](const auto& now) { return is_seen(a, now, point, plane.normal, b_in_a.position, lengths); }))
       face = f, nearest = cosine;
   }
   return face < 0 ? Manifold{} : turned_to_face(m, hull_a.planes[face].normal, b, b_in_a, lengths.gap);
@@ -318,8 +333,9 @@ FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const 
                                     const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
   // Each shape alone pushes out a body pressed in by half its thickness, and one that no face carries.
   const Vec3 centre = b_in_a.position;
-  if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return {m};
-  if (counts_at_seam(a, neighbours, m, centre, lengths)) return {m, true, true};
+  if (height_over(a, centre) < 0 || is_held(neighbours.at(0), centre)) return {m};
+  if (at_any_moment(neighbours, [&](const auto& now) { return counts_at_seam(a, now, m, centre, lengths); }))
+    return {m, true, true};
   Manifold instead = seen_instead(a, b, b_in_a, margin, half, neighbours, lengths);
   if (instead.count == 0) instead = turned_to_seen_face(a, b, b_in_a, neighbours, lengths, m);
   if (instead.count == 0 && nearest_separation(m) < -0.5f * half) return {m};

@@ -193,9 +193,9 @@ struct HullRecord {
 };
 /// A bit for each type of shape.
 FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << static_cast<std::uint32_t>(type); }
-/// In addition: there are bullets, or surfaces that move relative to their bodies.
+/// In addition: there are bullets, or `SurfaceTraits`.
 inline constexpr std::uint32_t bullets_bit = 1u << 31, traits_bit = 1u << 30;
-/// Several fixed bodies have faces.
+/// Several bodies that cannot be pushed have faces.
 inline constexpr std::uint32_t seams_bit = 1u << 29;
 /// Some body has asked the application.
 inline constexpr std::uint32_t questions_bit = 1u << 28;

@@ -289,9 +289,9 @@ struct FastPair {
   std::uint32_t next;  ///< next pair of B, or `none`
 };
 
-/// A contact with a static body. Those of one dynamic body are chained (seams.hpp).
+/// A contact with a static or kinematic body. Those of one dynamic body are chained (seams.hpp).
 struct alignas(8) FixedContact {
-  std::uint32_t a;     ///< the static body's piece
+  std::uint32_t a;     ///< that body's piece
   std::uint32_t next;  ///< the next contact, or `none`
 };
 

@@ -51,7 +51,7 @@ struct LookAheadPairs {
     if (meets) seen = found.manifold;
     const Pose& b_then = meets ? found.b_in_a : b_in_a;
     const auto& contacts = changes.contacts;
-    const auto seams = seams_of(bodies, contacts);
+    const auto seams = seams_of(bodies, contacts, dt);
     if (seams.may_have(pieces)) seen = seams.kept(pieces, b_then, margin, seen).manifold;
     if (!changes.take(index, c, seen, b_then, meets ? found.time : -1)) {
       changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
@@ -367,7 +367,7 @@ struct HoldBackFast {
     const float skin = skin_of(on_a, on_b, half);
     const Apart first = apart_at_first(on_a, on_b, near_cores(was_a, was_b, dt, skin), seen, skin);
     FreeWay way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
-    const auto seams = seams_of(bodies, contacts);
+    const auto seams = seams_of(bodies, contacts, dt);
     if (!way.is_free && !o.is_free && seams.may_have(pieces)) {
       const auto kept = [&](const Pose& b_in_a, float close, const Manifold& m) {
         return seams.kept(pieces, b_in_a, close, m);

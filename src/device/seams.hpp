@@ -1,13 +1,14 @@
-// Seams between static bodies, and between children of a compound (collision/seam.hpp). Where a body touches a static
-// piece, the neighbours of that piece are among the body's contacts, so the contacts of each dynamic body with static
-// bodies are chained. The neighbours of a moving compound's child are its siblings. Results do not depend on the order
-// of a chain.
+// Seams between bodies that cannot be pushed, and between children of a compound (collision/seam.hpp). Where a body
+// touches a piece of such a body, the neighbours of that piece are among the body's contacts, so the contacts of each
+// dynamic body with static and kinematic bodies are chained. The neighbours of a dynamic compound's child are its
+// siblings. Results do not depend on the order of a chain.
 #pragma once
 
 #include "collision/round_shapes.hpp"
 #include "collision/seam.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/pieces.hpp"
+#include "dynamics/drift.hpp"
 #include "terrain/surface_seam.hpp"
 
 namespace fathom::device {
@@ -25,7 +26,7 @@ struct ChainFixedContacts {
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const Contact& c = contacts.contacts[k];
-    if (!c.in_use() || c.is_patch() || c.apart() || bodies.constants[c.a].motion() != MotionType::fixed) return;
+    if (!c.in_use() || c.is_patch() || c.apart() || !c.fixed_a()) return;
     contacts.fixed_contacts[k] = {pieces_of(bodies, c).a, exec::atomic_exchange(bodies.fixed_contact[c.b], k)};
   }
 };
@@ -36,32 +37,62 @@ struct PieceNeighbours {
   const BodyArrays& bodies;
   const ContactArrays& contacts;
   std::uint32_t a, b;
-  Aabb box;  ///< m, frame of `a`
+  Aabb box;             ///< m, frame of `a`
+  float dt;             ///< s
+  bool drifts = false;  ///< some of them move against `a`
+  int moment = 0;       ///< 1: as the step ends
+
+  FATHOM_HD int moments() const { return drifts ? 2 : 1; }
+  FATHOM_HD PieceNeighbours at(int then) const { return {bodies, contacts, a, b, box, dt, drifts, then}; }
 
   template <class Act>
   FATHOM_HD bool any(const Act& act) const {
-    if (bodies.constants[a].motion() == MotionType::fixed) return contacts.fixed_contacts && any_fixed(act);
+    if (is_in_chain()) return any_in_chain([&](std::uint32_t other) { return any_of(other, act); });
     return bodies.constants[a].is_child() && any_sibling(act);
+  }
+  /// Whether there are any; notes whether they drift.
+  FATHOM_HD bool find() {
+    drifts = is_in_chain() && any_in_chain([&](std::uint32_t other) { return does_drift(other); });
+    return any([](const auto&) { return true; });
   }
 
  private:
+  FATHOM_HD bool is_in_chain() const { return !bodies.constants[a].is_dynamic() && contacts.fixed_contacts; }
+
   template <class Act>
-  FATHOM_HD bool any_fixed(const Act& act) const {
-    const Aabb in_world = fathom::bounds(box, bodies.poses[a]);
-    bool found = false;
-    for (std::uint32_t k = bodies.fixed_contact[body_of(bodies, b)]; k != none && !found;
-         k = contacts.fixed_contacts[k].next) {
+  FATHOM_HD bool any_in_chain(const Act& act) const {
+    for (std::uint32_t k = bodies.fixed_contact[body_of(bodies, b)]; k != none; k = contacts.fixed_contacts[k].next) {
       const std::uint32_t other = contacts.fixed_contacts[k].a;
-      if (other == a || !overlaps(bodies.boxes[other], in_world)) continue;
-      const Pose in_a = relative(bodies.poses[a], bodies.poses[other]);
-      if (bodies.constants[other].is_surface()) {
-        found = any_triangle(bodies.surfaces[bodies.constants[other].hull], in_a, act);
-        continue;
-      }
-      const NeighbourSolid solid{bodies.geometry(other), in_a};
-      found = has_faces(solid.shape) && act(solid);
+      if (other != a && act(other)) return true;
     }
-    return found;
+    return false;
+  }
+  template <class Act>
+  FATHOM_HD bool any_of(std::uint32_t other, const Act& act) const {
+    const Pose of_a = pose_of(a);
+    const Aabb in_world = drifts ? bounds_of_way(box, of_a, end_of(a)) : fathom::bounds(box, of_a);
+    if (!overlaps(bodies.boxes[other], in_world)) return false;
+    const bool is_later = moment == 1 && does_drift(other);
+    const Pose in_a = is_later ? relative(end_of(a), end_of(other)) : relative(of_a, pose_of(other));
+    if (bodies.constants[other].is_surface())
+      return any_triangle(bodies.surfaces[bodies.constants[other].hull], in_a, act);
+    const NeighbourSolid solid{bodies.geometry(other), in_a};
+    return has_faces(solid.shape) && act(solid);
+  }
+  FATHOM_HD bool does_drift(std::uint32_t other) const {
+    const std::uint32_t body = body_of(bodies, a), other_body = body_of(bodies, other);
+    return body != other_body && !stay_together(bodies.velocities[body], bodies.velocities[other_body]);
+  }
+  /// Not where PlaceChildren has put a child of a kinematic body: after the step the body is elsewhere.
+  FATHOM_HD Pose pose_of(std::uint32_t piece) const {
+    const BodyConstants& c = bodies.constants[piece];
+    const bool is_carried = c.is_child() && c.motion() == MotionType::kinematic;
+    return is_carried ? bodies.poses[c.link] * bodies.child_poses[piece] : bodies.poses[piece];
+  }
+  FATHOM_HD Pose end_of(std::uint32_t piece) const {
+    const std::uint32_t body = body_of(bodies, piece);
+    const Pose end = advanced(bodies.poses[body], bodies.velocities[body], dt);
+    return bodies.constants[piece].is_child() ? end * bodies.child_poses[piece] : end;
   }
   template <class Act>
   FATHOM_HD bool any_triangle(const SurfaceView& surface, const Pose& in_a, const Act& act) const {
@@ -91,6 +122,7 @@ template <class BodyArrays, class ContactArrays>
 struct Seams {
   const BodyArrays& bodies;
   const ContactArrays& contacts;
+  float dt;  ///< s
 
   /// Whether one of two pieces may have neighbours where they touch.
   FATHOM_HD bool may_have(const TouchingPieces& pieces) const {
@@ -125,11 +157,11 @@ struct Seams {
   /// The part of a manifold of the surface `pieces.a` that counts beside its neighbours, in A's frame.
   FATHOM_HD Manifold kept_on_surface(const TouchingPieces& pieces, const Pose& b_in_a, const Manifold& m) const {
     const auto [a, b] = pieces;
-    if (!contacts.fixed_contacts || bodies.constants[a].motion() != MotionType::fixed) return m;
+    if (!contacts.fixed_contacts) return m;
     const float half = half_thickness(bodies.constants[b]);
     const SeamLengths l = make_seam_lengths(half, max_component(abs(bodies.poses[a].position)));
-    const PieceNeighbours<BodyArrays, ContactArrays> neighbours{bodies, contacts, a, b, around_patch(m, l.edge + half)};
-    if (!neighbours.any([](const auto&) { return true; })) return m;
+    PieceNeighbours<BodyArrays, ContactArrays> neighbours{bodies, contacts, a, b, around_patch(m, l.edge + half), dt};
+    if (!neighbours.find()) return m;
     const SurfaceView& surface = bodies.surfaces[bodies.constants[a].hull];
     const auto any_normal = [&](const Aabb& box, const auto& act) {
       return surface.any_in(
@@ -141,7 +173,7 @@ struct Seams {
  private:
   FATHOM_HD bool has_neighbours(std::uint32_t a) const {
     const BodyConstants& c = bodies.constants[a];
-    return c.motion() == MotionType::fixed ? contacts.fixed_contacts != nullptr : c.is_child();
+    return c.is_child() || (!c.is_dynamic() && contacts.fixed_contacts);
   }
   FATHOM_HD SeamLengths lengths(std::uint32_t a, std::uint32_t b, const Pose& b_in_a) const {
     const BodyConstants &of_a = bodies.constants[a], &of_b = bodies.constants[b];
@@ -158,16 +190,16 @@ struct Seams {
     const BodyConstants& touched = bodies.constants[a];
     const float half_b = half_thickness(bodies.constants[b]),
                 half = touched.is_dynamic() ? min(half_thickness(touched), half_b) : half_b;
-    const PieceNeighbours<BodyArrays, ContactArrays> neighbours{bodies, contacts, a, b,
-                                                                grown(fathom::bounds(of_b, b_in_a), l.edge)};
-    if (!neighbours.any([](const auto&) { return true; })) return {m};
+    PieceNeighbours<BodyArrays, ContactArrays> neighbours{
+        bodies, contacts, a, b, grown(fathom::bounds(of_b, b_in_a), l.edge), dt};
+    if (!neighbours.find()) return {m};
     return kept_at_seam(of_a, of_b, b_in_a, margin, half, neighbours, l, m);
   }
 };
 
 template <class BodyArrays, class ContactArrays>
-FATHOM_HD Seams<BodyArrays, ContactArrays> seams_of(const BodyArrays& bodies, const ContactArrays& contacts) {
-  return {bodies, contacts};
+FATHOM_HD Seams<BodyArrays, ContactArrays> seams_of(const BodyArrays& bodies, const ContactArrays& contacts, float dt) {
+  return {bodies, contacts, dt};
 }
 
 }  // namespace fathom::device

@@ -162,12 +162,12 @@ void DeviceSimulator<D>::for_each_hull(std::uint32_t slot, const Act& act) const
     if (child.shape.hull) act(child.shape.hull);
 }
 
-/// From the second fixed shape with faces on there may be seams.
+/// From the second shape with faces on that cannot be pushed there may be seams.
 template <exec::Device D>
 void DeviceSimulator<D>::note_fixed(std::uint32_t slot) {
   const BodyInfo& info = bodies[slot];
-  if (info.motion != MotionType::fixed) return;
-  if (children_of(slot) > 1) shapes_ |= seams_bit;
+  if (info.motion == MotionType::dynamic) return;
+  if (info.motion == MotionType::fixed && children_of(slot) > 1) shapes_ |= seams_bit;
   if (!has_faces(info.geometry) && info.geometry.is_convex()) return;
   if (fixed_slot_ != none && fixed_slot_ != slot) shapes_ |= seams_bit;
   fixed_slot_ = slot;

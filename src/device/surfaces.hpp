@@ -136,7 +136,7 @@ struct CollideSurfaces {
 
   /// Leaves the parts of manifolds at seams that count (seams.hpp).
   FATHOM_HD void leave_those_that_count(const TouchingPieces& pieces, const Pose& b_in_a, SurfaceContact& found) const {
-    const auto seams = seams_of(changes.bodies, changes.contacts);
+    const auto seams = seams_of(changes.bodies, changes.contacts, dt);
     int left = 0;
     for (int g = 0; g < found.count; ++g) {
       const Manifold kept = seams.kept_on_surface(pieces, b_in_a, found.manifolds[g]);

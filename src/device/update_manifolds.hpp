@@ -424,7 +424,7 @@ struct CollideShapes {
 
  private:
   FATHOM_HD bool is_at_seam(const TouchingPieces& pieces, const Pose& b_in_a, const Manifold& fresh) const {
-    return fresh.count > 0 && seams_of(changes.bodies, changes.contacts).may_be_at(pieces, b_in_a, fresh);
+    return fresh.count > 0 && seams_of(changes.bodies, changes.contacts, dt).may_be_at(pieces, b_in_a, fresh);
   }
 
   FATHOM_HD Manifold collide(AxisCache& axis, const TouchingPieces& pieces, const Pose& b_in_a, float margin,

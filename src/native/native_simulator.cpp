@@ -161,7 +161,7 @@ void NativeSimulator::find_seams() {
     tree_.refresh_fixed(bodies, state_.bounds.data(), pool_);
     tree = &tree_.fixed();
   }
-  seams_.fixed = tree->size() > 1 ? tree : nullptr;
+  seams_.find(*tree, pool_);
 }
 
 void NativeSimulator::update_manifolds() {
@@ -393,8 +393,8 @@ void NativeSimulator::count() {
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
   counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() +
-                        broad_phase_->memory_bytes() + tree_.memory_bytes() + solver_.memory_bytes() +
-                        (cell_solver_ ? cell_solver_->memory_bytes() : 0) + list_bytes();
+                        broad_phase_->memory_bytes() + tree_.memory_bytes() + seams_.memory_bytes() +
+                        solver_.memory_bytes() + (cell_solver_ ? cell_solver_->memory_bytes() : 0) + list_bytes();
 }
 
 // --- results and queries -----------------------------------------------------------------------------------------

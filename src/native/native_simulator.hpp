@@ -178,7 +178,7 @@ class NativeSimulator : public Simulator {
   std::unique_ptr<BroadPhase> broad_phase_;
   BodyTree tree_;                // for queries
   mutable std::mutex dividing_;  // held by the query that uses the threads
-  Seams seams_{bodies, state_, joints, excluded};
+  Seams seams_{bodies, state_, joints, excluded, def.dt};
   ContactSolver solver_;
   std::optional<CellSolver> cell_solver_;  // replaces `solver_` with the partition `cells`
   Islands islands_;

@@ -82,7 +82,9 @@ FATHOM_HD bool counts_beside(const Neighbours& neighbours, const AnyNormal& any_
 template <class Neighbours, class AnyNormal>
 FATHOM_HD Manifold kept_beside(const Neighbours& neighbours, const AnyNormal& any_normal, const SeamLengths& lengths,
                                const Geometry& b, const Pose& b_in_a, const Manifold& m) {
-  if (counts_beside(neighbours, any_normal, lengths, b_in_a.position, m)) return m;
+  if (at_any_moment(neighbours,
+                    [&](const auto& now) { return counts_beside(now, any_normal, lengths, b_in_a.position, m); }))
+    return m;
   float nearest = 0;
   Vec3 face_normal;
   any_normal(around_patch(m, lengths.step), [&](Vec3 normal) {

@@ -119,6 +119,7 @@ static void list_in(std::vector<std::uint32_t>& list, std::uint32_t slot, bool b
 
 void BodyTable::list(std::uint32_t slot, const BodyInfo& info) {
   list_in(sensors_, slot, info.is_sensor);
+  list_in(kinematic_, slot, info.motion == MotionType::kinematic);
   list_in(pre_solvers_, slot, info.pre_solve);
   any_custom_filter_ = any_custom_filter_ || info.custom_filter;
 }

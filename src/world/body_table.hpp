@@ -98,6 +98,8 @@ class BodyTable {
   void set_custom_filter(std::uint32_t slot, bool custom_filter);
   /// Slots of sensors, ascending.
   std::span<const std::uint32_t> sensors() const { return sensors_; }
+  /// Slots of kinematic bodies, ascending.
+  std::span<const std::uint32_t> kinematic() const { return kinematic_; }
   /// Slots of the bodies with `pre_solve`, ascending.
   std::span<const std::uint32_t> pre_solvers() const { return pre_solvers_; }
   void set_pre_solve(std::uint32_t slot, bool pre_solve);
@@ -127,7 +129,7 @@ class BodyTable {
   std::vector<std::uint64_t> user_data_;
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
-  std::vector<std::uint32_t> sensors_, pre_solvers_;
+  std::vector<std::uint32_t> sensors_, kinematic_, pre_solvers_;
   std::uint32_t count_ = 0;
   bool any_anisotropic_ = false, any_in_parts_ = false, any_custom_filter_ = false;
   float min_half_thickness_ = std::numeric_limits<float>::max();
