@@ -1,5 +1,6 @@
 // Nothing catches on the seams of a floor: those of a mesh, of tiles that are separate bodies, of the children of a
-// compound, of meshes side by side. Obstacles that protrude from the floor still stop bodies.
+// compound, of meshes side by side, of fixed and kinematic bodies. Obstacles that protrude from the floor still stop
+// bodies.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,9 +33,9 @@ Shape flat_mesh(float length, int cells_along, int cells_across) {
   return mesh(vertices, indices);
 }
 
-void add_floor(World& world, const Shape& shape, Vec3 position, float friction) {
+void add_floor(World& world, const Shape& shape, Vec3 position, float friction, MotionType motion = MotionType::fixed) {
   BodyDef def;
-  def.motion = MotionType::fixed;
+  def.motion = motion;
   def.shape = shape;
   def.pose.position = position;
   def.material.friction = friction;
@@ -44,7 +45,7 @@ void add_floor(World& world, const Shape& shape, Vec3 position, float friction) 
 /// Cubes with this edge length, their tops at 0, starting at x = from; every other row is offset by half a tile, so
 /// that seams meet seams.
 template <class Add>
-void for_each_tile(float from, float length, float edge, const Add& add) {
+void for_each_tile(float from, float length, float edge, Add add) {
   const int rows = static_cast<int>(std::ceil(length / edge)), across = static_cast<int>(std::ceil(floor_width / edge));
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j <= across; ++j) {
@@ -81,6 +82,13 @@ constexpr std::array floors{
               add_floor(w, part, {x, 0, 0}, friction);
               add_tiles(w, x + 2, 2, 0.5f, friction);
             }
+          }},
+    Floor{"fixed and kinematic tiles",
+          [](World& w, float l, float friction) {
+            const Shape tile = box({0.5f, 0.5f, 0.5f});
+            for_each_tile(0, l, 1, [&, k = 0](Vec3 position) mutable {
+              add_floor(w, tile, position, friction, k++ % 2 == 0 ? MotionType::fixed : MotionType::kinematic);
+            });
           }},
     Floor{"a compound of tiles",
           [](World& w, float l, float friction) {
