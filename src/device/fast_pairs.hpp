@@ -295,8 +295,7 @@ struct HoldBackFast {
     const auto ask = [&](std::uint32_t other) {
       const MotionType motion = bodies.constants[other].motion();
       if (motion == MotionType::dynamic || (only_fixed && motion != MotionType::fixed)) return;
-      if ((c.bits | bodies.constants[other].bits) & (asks_bit | filters_bit) && is_refused(i, body_of(bodies, other)))
-        return;
+      if (is_asked_about(bodies, i, other) && is_refused(i, body_of(bodies, other))) return;
       const Aabb box = bodies.known[other].box();
       if (!overlaps(box, way) || (apart.is_on && apart.has(i, body_of(bodies, other)))) return;
       for (std::uint32_t k = 0; k < (is_compound ? c.hull : 1); ++k) {

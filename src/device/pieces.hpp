@@ -54,16 +54,20 @@ FATHOM_HD const Material* own_material(const Bodies<written...>& bodies, const C
   return c.patch_material() < surface.material_count ? surface.materials + c.patch_material() : nullptr;
 }
 
-/// Whether the application is asked about the contact before it is solved.
+/// Whether the application is asked about a contact before it is solved.
 template <BodyPart... written>
 FATHOM_HD bool asks(const Bodies<written...>& bodies, const Contact& c) {
   return (bodies.constants[c.a].bits | bodies.constants[c.b].bits) & asks_bit;
 }
-
-/// Whether the application is asked about the pair.
+/// Whether it is asked about the pair.
 template <BodyPart... written>
 FATHOM_HD bool has_custom_filter(const Bodies<written...>& bodies, const Contact& c) {
   return (bodies.constants[c.a].bits | bodies.constants[c.b].bits) & filters_bit;
+}
+/// Whether it may decide that two pieces do not collide.
+template <BodyPart... written>
+FATHOM_HD bool is_asked_about(const Bodies<written...>& bodies, std::uint32_t i, std::uint32_t j) {
+  return (bodies.constants[i].bits | bodies.constants[j].bits) & (asks_bit | filters_bit);
 }
 
 /// A pair of indices that no other contact has, to rank contacts by: a surface lends one of its own to every patch.

@@ -27,6 +27,7 @@ struct ChainFixedContacts {
   FATHOM_HD void operator()(std::uint32_t k) const {
     const Contact& c = contacts.contacts[k];
     if (!c.in_use() || c.is_patch() || c.apart() || !c.fixed_a()) return;
+    if (is_asked_about(bodies, c.a, c.b)) return;  // it may not hold the body
     contacts.fixed_contacts[k] = {pieces_of(bodies, c).a, exec::atomic_exchange(bodies.fixed_contact[c.b], k)};
   }
 };
@@ -106,6 +107,7 @@ struct PieceNeighbours {
   template <class Act>
   FATHOM_HD bool any_sibling(const Act& act) const {
     const BodyConstants& compound = bodies.constants[bodies.constants[a].link];
+    if (is_asked_about(bodies, a, b)) return false;
     bool found = false;
     for (std::uint32_t k = 0; k < compound.hull && !found; ++k) {
       const std::uint32_t other = compound.link + k;
