@@ -38,22 +38,34 @@ struct PieceNeighbours {
   const BodyArrays& bodies;
   const ContactArrays& contacts;
   std::uint32_t a, b;
-  Aabb box;             ///< m, frame of `a`
-  float dt;             ///< s
+  Aabb box;  ///< m, frame of `a`
+  float dt;  ///< s
+  // Known once `find` has been called.
+  Aabb in_world{};      ///< around the box during the step
+  Pose begin{}, end{};  ///< of `a`; `end` only if `drifts`
   bool drifts = false;  ///< some of them move against `a`
   int moment = 0;       ///< 1: as the step ends
 
   FATHOM_HD int moments() const { return drifts ? 2 : 1; }
-  FATHOM_HD PieceNeighbours at(int then) const { return {bodies, contacts, a, b, box, dt, drifts, then}; }
+  FATHOM_HD PieceNeighbours at(int then) const {
+    PieceNeighbours neighbours = *this;
+    neighbours.moment = then;
+    return neighbours;
+  }
 
   template <class Act>
   FATHOM_HD bool any(const Act& act) const {
     if (is_in_chain()) return any_in_chain([&](std::uint32_t other) { return any_of(other, act); });
     return bodies.constants[a].is_child() && any_sibling(act);
   }
-  /// Whether there are any; notes whether they drift.
+  /// Whether there are any.
   FATHOM_HD bool find() {
-    drifts = is_in_chain() && any_in_chain([&](std::uint32_t other) { return does_drift(other); });
+    if (is_in_chain()) {
+      begin = end = pose_of(a);
+      drifts = any_in_chain([&](std::uint32_t other) { return does_drift(other); });
+      if (drifts) end = end_of(a);
+      in_world = drifts ? bounds_of_way(box, begin, end) : fathom::bounds(box, begin);
+    }
     return any([](const auto&) { return true; });
   }
 
@@ -70,11 +82,9 @@ struct PieceNeighbours {
   }
   template <class Act>
   FATHOM_HD bool any_of(std::uint32_t other, const Act& act) const {
-    const Pose of_a = pose_of(a);
-    const Aabb in_world = drifts ? bounds_of_way(box, of_a, end_of(a)) : fathom::bounds(box, of_a);
     if (!overlaps(bodies.boxes[other], in_world)) return false;
     const bool is_later = moment == 1 && does_drift(other);
-    const Pose in_a = is_later ? relative(end_of(a), end_of(other)) : relative(of_a, pose_of(other));
+    const Pose in_a = is_later ? relative(end, end_of(other)) : relative(begin, pose_of(other));
     if (bodies.constants[other].is_surface())
       return any_triangle(bodies.surfaces[bodies.constants[other].hull], in_a, act);
     const NeighbourSolid solid{bodies.geometry(other), in_a};
@@ -92,8 +102,8 @@ struct PieceNeighbours {
   }
   FATHOM_HD Pose end_of(std::uint32_t piece) const {
     const std::uint32_t body = body_of(bodies, piece);
-    const Pose end = advanced(bodies.poses[body], bodies.velocities[body], dt);
-    return bodies.constants[piece].is_child() ? end * bodies.child_poses[piece] : end;
+    const Pose of_body = advanced(bodies.poses[body], bodies.velocities[body], dt);
+    return bodies.constants[piece].is_child() ? of_body * bodies.child_poses[piece] : of_body;
   }
   template <class Act>
   FATHOM_HD bool any_triangle(const SurfaceView& surface, const Pose& in_a, const Act& act) const {
