@@ -81,6 +81,32 @@ TEST_P(GenericJoints, AHingeSwingsWithItsEnergy) {
   EXPECT_LT(most, 1e-3f * 4.9f);
 }
 
+TEST_P(GenericJoints, OneSwingTurnsRoundAndRound) {
+  for (const bool limited : {false, true})
+    for (const JointAxisName swing : {JointAxisName::swing_y, JointAxisName::swing_z}) {
+      World world = make(weightless);
+      BodyDef def = dynamic(box({0.1f, 0.3f, 0.5f}), {});
+      const Vec3 axis = swing == JointAxisName::swing_y ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+      def.pose.rotation = normalize(Quat{1, 0.3f, -0.4f, 0.2f});
+      def.velocity.angular = 4.0f * axis + (limited ? Vec3{2, 0, 0} : Vec3{});
+      const BodyId body = world.add(def);
+      JointDef joint = fixed_joint(add_anchor(world, {}), body, {}, {.rotation = conjugate(def.pose.rotation)});
+      joint.axis(swing).mode = AxisMode::free;
+      if (limited) joint.axis(JointAxisName::twist).limit(-0.5f, 0.5f);
+      const JointId id = world.add_joint(joint);
+      world.step();
+      float least = kinetic_energy(world, body);
+      for (int i = 0; i < 600; ++i) {
+        world.step();
+        const float now = kinetic_energy(world, body);
+        ASSERT_LT(now, 1.002f * least) << "after " << i << " steps";
+        least = std::min(least, now);
+        ASSERT_LT(std::abs(position(world, id, JointAxisName::twist)), limited ? 0.51f : 1e-3f);
+        if (!limited) ASSERT_NEAR(dot(world.velocity(body).angular, axis), 4, 4e-3f);
+      }
+    }
+}
+
 TEST_P(GenericJoints, LimitsHoldWhateverTheSpeed) {
   for (const bool swapped : {false, true}) {
     for (const float rate : {10.0f, -10.0f}) {

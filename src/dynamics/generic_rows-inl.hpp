@@ -3,8 +3,9 @@
 //
 // Six axes: three translations of B's anchor in A's frame, the twist about B's axis x and its two swings. The relative
 // rotation is decomposed into a swing of axis x and the remaining twist, whose rate is that about the bisector of the
-// two axes x; both hold for any swing below pi. Translations act on both bodies at B's anchor: a slider that is far out
-// then conserves angular momentum.
+// two axes x; both hold for any swing below pi. Where one swing is locked at zero, the twist is that about B's axis x,
+// whatever the swing. Translations act on both bodies at B's anchor: a slider that is far out then conserves angular
+// momentum.
 
 inline constexpr int axis_count = 6, translations = 3;
 
@@ -309,6 +310,10 @@ struct GenericJointRows {
     }
     return gap;
   }
+  FATHOM_LANE_FUNCTION static L is_held_at_zero(const GenericAxis<L>& axis) {
+    const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+    return axis.locked * ((one - is_less(axis.lower, zero)) * (one - is_less(zero, axis.lower)));
+  }
   FATHOM_LANE_FUNCTION void set_angles(const GenericJointPlace<L>& row, const UnitQuat<L>& frame, const UnitQuat<L>& q,
                                        VecOf<L> (&about)[translations]) {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
@@ -319,11 +324,16 @@ struct GenericJointRows {
     const L hooke = row.axes[translations].locked * ((one - both_swings) * (one - row.cone));
     const L sign = choose(is_less(q.w, zero), splat<L>(-1.0f), one);
     const L twist = angle_of(sign * q.v.x, sign * q.w);
-    // A locked twist between free swings is that of a Hooke's joint, A's axis y perpendicular to B's z: no swing is too
-    // large.
-    const VecOf<L> z = turned_by(q, VecOf<L>{zero, zero, one});
+    // If one swing is locked at zero, B turns about an axis of A and about its own x. This twist has no largest swing.
+    const L no_y = is_held_at_zero(row.axes[translations + 1]) * (one - row.axes[translations + 2].locked);
+    const L no_z = is_held_at_zero(row.axes[translations + 2]) * (one - row.axes[translations + 1].locked);
+    const L one_swing = no_y + no_z;
+    // Nor has a locked twist between two swings: that of a Hooke's joint, A's axis y perpendicular to B's z.
+    const VecOf<L> y = turned_by(q, VecOf<L>{zero, one, zero}), z = turned_by(q, VecOf<L>{zero, zero, one});
     const L across_x = larger(root(mul_add(z.x * z.x, z.z, z.z)), splat<L>(1e-6f)), inverse_x = one / across_x;
-    value[translations] = choose(hooke, angle_of(zero - z.y, across_x), twist + twist);
+    value[translations] =
+        choose(larger(hooke, one_swing),
+               angle_of(choose(no_y, y.z, zero - z.y), choose(no_y, z.z, choose(no_z, y.y, across_x))), twist + twist);
     const L bisector = one / larger(one + x.x, splat<L>(0.01f));
     const L side = choose(both_swings * is_less(x.x, zero), splat<L>(-1.0f), one);
     const L least = splat<L>(1e-6f);
@@ -334,8 +344,10 @@ struct GenericJointRows {
     const VecOf<L> swing_z{zero - x.z / across_z, zero, x.x / across_z};
     value[translations + 1] = choose(row.cone, angle_of(off, x.x), angle_of(zero - x.z, across_y));
     value[translations + 2] = angle_of(x.y, across_z);
-    about[0] = turned_by(frame, VecOf<L>{choose(hooke, z.z * inverse_x, one), choose(hooke, zero, x.y * bisector),
-                                         choose(hooke, (zero - z.x) * inverse_x, x.z * bisector)});
+    const VecOf<L> twist_axis{choose(one_swing, x.x, choose(hooke, z.z * inverse_x, one)),
+                              choose(one_swing, x.y, choose(hooke, zero, x.y * bisector)),
+                              choose(one_swing, x.z, choose(hooke, (zero - z.x) * inverse_x, x.z * bisector))};
+    about[0] = turned_by(frame, twist_axis);
     about[1] = turned_by(
         frame, VecOf<L>{choose(row.cone, zero, swing_y.x), choose(row.cone, (zero - x.z) * inverse_off, swing_y.y),
                         choose(row.cone, x.y * inverse_off, zero)});
