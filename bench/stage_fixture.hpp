@@ -67,7 +67,7 @@ struct StageFixture {
   std::vector<std::uint32_t> ended, gone;  // for pairs with surfaces: there are none
   bool has_new_parts = false;
   ExcludedPairs excluded;
-  Seams seams{bodies, state, joints, excluded};  // empty
+  Seams seams{bodies, state, joints, excluded, 1.0f / 60};  // empty
 };
 
 }  // namespace fathom::native
