@@ -363,10 +363,10 @@ TEST(EngineRecording, DamagedFilesAreRefused) {
     EXPECT_NE(with(bad), "") << at;
   }
   std::string later = good;
-  later[8] = 13;
-  EXPECT_THAT(with(later), HasSubstr("format version 13, this build reads version 12"));
+  later[8] = 14;
+  EXPECT_THAT(with(later), HasSubstr("format version 14, this build reads version 13"));
   later[8] = 3;
-  EXPECT_THAT(with(later), HasSubstr("format version 3, this build reads version 12; use the build that wrote it"));
+  EXPECT_THAT(with(later), HasSubstr("format version 3, this build reads version 13; use the build that wrote it"));
   EXPECT_THAT(refusal([&] { replay(folder / "none"); }), HasSubstr("no such file"));
   EXPECT_THAT(refusal([&] { replay(folder / ""); }), HasSubstr(": is a folder; give the path of what"));
 }

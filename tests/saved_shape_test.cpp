@@ -69,7 +69,7 @@ TEST(SavedShape, OtherBytesAreRefused) {
   EXPECT_THAT(refusal(altered), HasSubstr("shape: its checksum does not match its content; it was altered"));
   altered = bytes;
   altered[8] = std::byte{77};
-  EXPECT_THAT(refusal(altered), HasSubstr("it has format version 77, this build reads version 2"));
+  EXPECT_THAT(refusal(altered), HasSubstr("it has format version 77, this build reads version 3"));
   EXPECT_THAT(refusal(saved(World())), HasSubstr("shape: this is no saved shape"));
   EXPECT_THROW(save_shape(sphere(-1), bytes), Error);
 }

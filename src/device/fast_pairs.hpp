@@ -124,7 +124,7 @@ struct HoldBackFast {
         if (!moved && (from_free || bodies.before[i].reserved == 0)) return false;
         if (round >= first_search && (is_free || round == beside_carrier)) return moved;
         if (round == last_search) {
-          put(i, begin_beside(i, carrier), velocity_where_stuck(bodies.velocities[i], velocity_beside(i, carrier)));
+          put(i, begin_beside(i, carrier), bodies.velocities[i]);
           if (carrier == none) return true;
         }
         ++round;
@@ -183,14 +183,6 @@ struct HoldBackFast {
   FATHOM_HD Pose begin_beside(std::uint32_t i, std::uint32_t carrier) const {
     const Pose& begin = move.bodies.before[i];
     return carrier == none ? begin : move.bodies.poses[carrier] * relative(begin_of(carrier), begin);
-  }
-
-  /// Velocity of `carrier`, if there is one, at the body's centre.
-  FATHOM_HD Velocity velocity_beside(std::uint32_t i, std::uint32_t carrier) const {
-    if (carrier == none) return {};
-    Velocity v = velocity_in_step(carrier);
-    v.linear += cross(v.angular, move.bodies.poses[i].position - move.bodies.poses[carrier].position);
-    return v;
   }
 
   /// Pose of a non-dynamic body as the step began.

@@ -26,13 +26,6 @@ struct FreeWay {
   }
 };
 
-/// Velocity of a body that obstacles hold from all sides and that is put back to where it began; `place`: that of its
-/// carrier, at its centre. It loses half of its velocity against the place: a body that is stuck for one step goes on,
-/// one that stays stuck does not gather what gravity adds in each step.
-FATHOM_HD Velocity velocity_where_stuck(const Velocity& v, const Velocity& place) {
-  return {0.5f * (v.linear + place.linear), v.reserved0, 0.5f * (v.angular + place.angular), v.reserved1};
-}
-
 /// Penetration (m) allowed at the end of the step for a pair with separation `gap` (m) at its beginning: a load may
 /// press a body a little deeper into its support.
 FATHOM_HD float allowed_depth(float gap, float half) {

@@ -178,13 +178,9 @@ void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vec
     }
     if (is_free) return;
   }
-  const Velocity& v = state_.velocities[stray.slot];
-  if (carrier == none) return put_back(stray.slot, stray.begin, velocity_where_stuck(v, {}));
-  const Velocity& of_carrier = state_.velocities[carrier];
-  const Vec3 arm = state_.poses[stray.slot].position - state_.poses[carrier].position;
-  const Velocity place{of_carrier.linear + cross(of_carrier.angular, arm), 0, of_carrier.angular, 0};
-  put_back(stray.slot, state_.poses[carrier] * relative(begin_of_obstacle(carrier), stray.begin),
-           velocity_where_stuck(v, place));
+  const Velocity v = state_.velocities[stray.slot];
+  if (carrier == none) return put_back(stray.slot, stray.begin, v);
+  put_back(stray.slot, state_.poses[carrier] * relative(begin_of_obstacle(carrier), stray.begin), v);
   for (const std::uint32_t slot : obstacles_of(stray, kinematic_bodies))
     if (bodies[slot].motion == MotionType::fixed) hold_back(stray, slot);
 }
