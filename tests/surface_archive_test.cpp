@@ -215,8 +215,9 @@ TEST(SurfaceArchive, HeightFieldsThatContradictThemselvesAreRefused) {
 
 TEST(SurfaceArchive, MaterialsThatNoBodyCouldHaveAreRefused) {
   const std::vector<std::byte> good = written({two_materials()});
-  // The last material ends the bytes: friction, restitution, two rules, rolling resistance, surface velocity.
-  const std::size_t friction = good.size() - (4 + 4 + 1 + 1 + 4 + 12), rule = friction + 8;
+  // The last material ends the bytes: friction, restitution, two rules, rolling resistance, surface velocity, friction
+  // axis, friction along it.
+  const std::size_t friction = good.size() - (4 + 4 + 1 + 1 + 4 + 12 + 12 + 4), rule = friction + 8;
   for (const float bad : {-1.0f, std::numeric_limits<float>::quiet_NaN()}) {
     std::vector<std::byte> bytes = good;
     std::memcpy(bytes.data() + friction, &bad, sizeof bad);
