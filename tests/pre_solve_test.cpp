@@ -563,6 +563,24 @@ TEST_P(PreSolve, PairsThatTheFilterCallbackRefusesDoNotCollide) {
   EXPECT_TRUE(world.has_custom_filter(upper));
 }
 
+TEST_P(PreSolve, RefusedPairsEndWithTheirBodies) {
+  World world(sleepy());
+  world.add(ground());
+  BodyDef ghost = dynamic(box({0.5f, 0.5f, 0.5f}), {0, 0, 1});
+  ghost.custom_filter = true;
+  const BodyId kept = world.add(ghost);
+  world.set_filter_callback([](BodyId a, BodyId) { return a.index == 0; });
+  for (int round = 0; round < 4; ++round) {
+    const BodyId other = world.add(dynamic(sphere(0.4f), {0.1f, 0, 1}));
+    steps(world, 3);
+    world.remove(other);
+    if (round % 2 == 1) world.add(dynamic(sphere(0.3f), {5, 5 + static_cast<float>(round), 1}));
+    steps(world, 3);
+  }
+  steps(world, 100);
+  EXPECT_NEAR(world.pose(kept).position.z, 1, 0.01f);
+}
+
 TEST_P(PreSolve, FastBodiesPassWhatTheFilterCallbackRefuses) {
   for (const bool refuses : {true, false}) {
     WorldDef def = quiet();

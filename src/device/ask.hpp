@@ -18,6 +18,7 @@ struct ListFilteredPairs {
   FATHOM_HD void operator()(std::uint32_t k) const {
     Contact& c = contacts.contacts[k];
     if (!c.in_use() || c.is_patch() || !has_custom_filter(bodies, c)) return;
+    if (!bodies.constants[c.a].is_living() || !bodies.constants[c.b].is_living()) return;  // removed since
     const TouchingPieces pieces = pieces_of(bodies, c);
     const bool is_renewed = c.kept_out() && bodies.fat[pieces.a].changes | bodies.fat[pieces.b].changes;
     if (!(c.bits & fresh_bit) && !is_renewed) return;

@@ -41,6 +41,7 @@ void DeviceSimulator<D>::submit_asking(const PendingStep& pending, Stop after) {
     if (!graph) graph.emplace(device_.record(submissions));
     device_.launch(*graph);
   };
+  refused_in_step_.clear();
   if (after == no_stop) {
     launch(buffers.pairs_graphs[pending.set_changed], [&] { step.submit_pairs(pending.set_changed); });
     ask_about_pairs(step);
@@ -85,7 +86,10 @@ void DeviceSimulator<D>::ask_about_pairs(Step<D>& step) {
     if (!is_same) lets = callbacks.lets_collide(bodies.id(q.a), bodies.id(q.b));
     if (!lets) refused.push_back(q.contact);
     const std::uint64_t key = refused_key(indices_.of(q.a), indices_.of(q.b));
-    lets ? kept_out_.erase(key) : kept_out_.insert(key).second;
+    if (lets)
+      kept_out_.erase(key);
+    else
+      kept_out_.insert(key);
   }
   is_asking_ = false;
   if (refused.empty()) return;
@@ -113,7 +117,6 @@ void DeviceSimulator<D>::ask_about_contacts(Step<D>& step) {
   is_asking_ = true;
   for (const ContactQuestion& q : questions) answers.push_back(answer(q));
   is_asking_ = false;
-  refused_in_step_.clear();
   std::unordered_set<std::uint64_t> enabled;
   for (std::size_t i = 0; i < questions.size(); ++i)
     (answers[i].enabled ? enabled : refused_in_step_).insert(refused_key(questions[i].a, questions[i].b));
