@@ -273,19 +273,6 @@ struct BallJointSweep {
     const L one = splat<L>(1.0f), zero = splat<L>(0.0f);
     return solved<L>(response({one, zero, zero}), response({zero, one, zero}), response({zero, zero, one}), change);
   }
-  /// What a sweep adds to the row's impulse to change that velocity by -`wanted`. A spring is equally stiff in all
-  /// directions, by the mean of the effective masses' inverses: stiffness that turned with a body would do work on it.
-  FATHOM_LANE_FUNCTION VecOf<L> soft_impulse_for(const BallJointRow<L>& row, VecOf<L> wanted) const {
-    const L one = splat<L>(1.0f), zero = splat<L>(0.0f), spring = one - row.rigid;
-    VecOf<L> x = response({one, zero, zero}), y = response({zero, one, zero}), z = response({zero, zero, one});
-    const L gives = spring * row.impulse_scale * ((x.x + y.y + z.z) * splat<L>(1.0f / 3));
-    const L share = mul_add(row.rigid, spring, row.mass_scale);
-    x = scale(share, x), y = scale(share, y), z = scale(share, z);
-    x.x = x.x + gives, y.y = y.y + gives, z.z = z.z + gives;
-    const VecOf<L> change = solved<L>(x, y, z, mul_add(scale(share, wanted), gives, row.impulse));
-    const L taken = mul_add(spring, row.rigid, row.mass_scale);
-    return mul_add(scale(zero - taken, change), zero - row.rigid * row.impulse_scale, row.impulse);
-  }
 
  private:
   /// To second order, for turns up to `max_drift`: beyond that an anchor comes back on its circle.
@@ -347,12 +334,12 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
     wanted = mul_add(wanted + sweep.drift(h), splat<L>(-0.5f) * h, row.pull);
     wanted = wanted + limited_pull(row, scale(row.bias_rate, sweep.gap(row)));
   }
+  VecOf<L> change = sweep.impulse_for(wanted);
   const L zero = splat<L>(0.0f);
-  VecOf<L> change;
   if constexpr (pass == JointPass::relax)
-    change = scale(zero - row.rigid, sweep.impulse_for(wanted));
+    change = scale(zero - row.rigid, change);
   else
-    change = sweep.soft_impulse_for(row, wanted);
+    change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
   if (any_above(row.most, zero)) change = change - beyond_most(row, row.impulse + change);
   change = scale(sweep.followed_share(change, h), change);
   row.impulse = row.impulse + change;

@@ -100,6 +100,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.touch_bits[i] = static_cast<std::int32_t>(c.touch_bits());
   }
   h.round = any_round;
+  h.rare = h.held || h.by_direction;
   block.header() = h;
   return points_of_block;
 }
@@ -166,6 +167,7 @@ HWY_NOINLINE void prepare_surfaces(const Block<D>& block, const std::uint32_t* i
     block.at(surface_x)[i] = surface.slide.x, block.at(surface_y)[i] = surface.slide.y;
     block.at(surface_z)[i] = surface.slide.z;
     block.at(grain_1)[i] = surface.grain_1, block.at(grain_2)[i] = surface.grain_2;
+    if (!block.header().held) block.at(held_part)[i] = 0;
   }
 }
 

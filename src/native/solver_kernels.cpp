@@ -54,45 +54,41 @@ HWY_NOINLINE FrictionImpulse<V> limited_by_direction(const Block<D>& block, V mo
           wanted.twist};
 }
 
-/// How a block's `ContactSurface`s change its friction.
-template <class D>
-struct SurfaceEffect {
+/// Adds the slides of lanes on moving surfaces; they are zero in others.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE Vec3V<V> with_surfaces(const Block<D>& block, Vec3V<V> slide) {
+  if (HWY_UNLIKELY(block.header().surface)) return slide + block.get3(surface_x);
+  return slide;
+}
+
+/// How a block's `ContactSurface`s change its friction where that may depend on direction.
+template <class D, class Carry>
+struct CarriedByDirection {
   using V = hn::Vec<D>;
   const Block<D>& block;
+  const Carry& carry;
 
-  HWY_INLINE Vec3V<V> operator()(Vec3V<V> slide) const {
-    if (HWY_UNLIKELY(block.header().surface)) return slide + block.get3(surface_x);
-    return slide;
-  }
-  HWY_INLINE bool limits_by_direction() const { return HWY_UNLIKELY(block.header().by_direction); }
+  HWY_INLINE Vec3V<V> operator()(Vec3V<V> slide) const { return carry(slide); }
+  HWY_INLINE bool limits_by_direction() const { return block.header().by_direction; }
   HWY_INLINE FrictionImpulse<V> limited(V most, const FrictionImpulse<V>& wanted,
                                         const FrictionImpulse<V>& otherwise) const {
     return limited_by_direction(block, most, wanted, otherwise);
   }
 };
 
-/// The same, with `carried_slide` where A moves by itself.
-template <class D, class B>
-struct CarriedBySides : SurfaceEffect<D> {
-  using V = hn::Vec<D>;
-  const ContactAxesOf<V>& axes;
-  const B& bodies;
-  float lead;  ///< s, see `friction_lead`
-
-  HWY_INLINE CarriedBySides(const Block<D>& of_lanes, const ContactAxesOf<V>& of_contacts, const B& both, float time)
-      : SurfaceEffect<D>{of_lanes}, axes(of_contacts), bodies(both), lead(time) {}
-  HWY_INLINE Vec3V<V> operator()(Vec3V<V> slide) const {
-    if (B::only_pushes_b && HWY_UNLIKELY(!this->block.header().still_a))
-      slide = slide + carried_slide_of_moving(axes, bodies, lead);
-    return SurfaceEffect<D>::operator()(slide);
-  }
-};
-
-/// `lead` (s): see `friction_lead`.
-template <class D, class B, class V = hn::Vec<D>>
+/// `lead` (s): see `friction_lead`; `rare`: friction may depend on direction.
+template <bool rare, class D, class B, class V = hn::Vec<D>>
 HWY_INLINE V sweep_friction(const Block<D>& block, const ContactAxesOf<V>& axes, B& bodies, float lead) {
   ContactRows<D> rows{block};
-  return sweep_friction(rows, axes, bodies, CarriedBySides<D, B>(block, axes, bodies, lead));
+  const auto carry = [&](Vec3V<V> slide) HWY_ATTR {
+    if (B::only_pushes_b && HWY_UNLIKELY(!block.header().still_a))
+      slide = slide + carried_slide_of_moving(axes, bodies, lead);
+    return with_surfaces(block, slide);
+  };
+  if constexpr (rare)
+    return sweep_friction(rows, axes, bodies, CarriedByDirection<D, decltype(carry)>{block, carry});
+  else
+    return sweep_friction(rows, axes, bodies, carry);
 }
 
 /// Zeroes the impulses of lanes whose bit is not set.
@@ -111,7 +107,7 @@ HWY_INLINE void store_contact_bodies(const Block<D>& block, B& bodies, hn::Vec<D
   store_bodies(block, bodies, sums, [&](const std::uint8_t* finite) HWY_ATTR { forget_impulses(block, finite); });
 }
 
-/// Parameters of a block's sweep; `held`: some lanes are held directly.
+/// Parameters of a block's sweep; `held`: some lanes may be held directly.
 template <ContactPass pass, bool held, class D, class B, class V = hn::Vec<D>>
 HWY_INLINE ContactStepOf<V> contact_step(const Block<D>& block, const B& bodies, const SweepParameters& p) {
   const D d;
@@ -127,17 +123,19 @@ HWY_INLINE ContactStepOf<V> contact_step(const Block<D>& block, const B& bodies,
   return step;
 }
 
-template <ContactPass pass, class D, bool fixed_a, bool isotropic, bool held = false>
+/// `rare`: some lanes may be held directly, or have a friction that depends on direction.
+template <ContactPass pass, class D, bool fixed_a, bool isotropic, bool rare = false>
 HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   Bodies<D, fixed_a, isotropic> bodies;
   bodies.load(block, all);
   ContactRows<D> rows{block};
   const auto axes = rows.axes();
   auto sums = hn::Zero(D());
-  if constexpr (pass == ContactPass::iterate) sums = sweep_friction(block, axes, bodies, p.friction_lead);
-  const auto approach = solve_points<pass, held>(rows, axes, bodies, contact_step<pass, held>(block, bodies, p));
+  if constexpr (pass == ContactPass::iterate) sums = sweep_friction<rare>(block, axes, bodies, p.friction_lead);
+  const auto approach = solve_points<pass, rare>(rows, axes, bodies, contact_step<pass, rare>(block, bodies, p));
   sums = pass == ContactPass::soft ? approach : hn::Add(sums, approach);
-  if constexpr (pass == ContactPass::relax) sums = hn::Add(sums, sweep_friction(block, axes, bodies, p.friction_lead));
+  if constexpr (pass == ContactPass::relax)
+    sums = hn::Add(sums, sweep_friction<rare>(block, axes, bodies, p.friction_lead));
   if (pass == ContactPass::relax || p.ends_substep)
     block.set(step_impulse, hn::Add(block.get(step_impulse), total_impulse<hn::Vec<D>>(rows)));
   store_contact_bodies(block, bodies, sums);
@@ -176,8 +174,9 @@ HWY_INLINE void bounce_block(const Block<D>& block, SolverBody* all, const Sweep
   Bodies<D, fixed_a, isotropic> bodies;
   bodies.load(block, all);
   ContactRows<D> rows{block};
+  const auto carry = [&](Vec3V<hn::Vec<D>> slide) HWY_ATTR { return with_surfaces(block, slide); };
   const auto bounce = bounce_contact(rows, bodies, hn::Set(D(), p.substep), hn::Set(D(), p.restitution_threshold),
-                                     SurfaceEffect<D>{block});
+                                     CarriedByDirection<D, decltype(carry)>{block, carry});
   if (!bounce.any) return;
   p.bounced->store(true, std::memory_order_relaxed);
   block.set(step_impulse, hn::Add(block.get(step_impulse), bounce.impulse));
@@ -211,7 +210,7 @@ HWY_NOINLINE void roll(const Block<D>& block, SolverBody* all) {
 
 /// Out of line, because it would cost other sweeps registers.
 template <ContactPass pass, class D>
-HWY_NOINLINE void sweep_held(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
+HWY_NOINLINE void sweep_rare(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   by_bodies(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value, true>(block, all, p); });
 }
@@ -271,9 +270,9 @@ void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* al
       const bool has_more = p.couplings_follow && block.header().kind == ConstraintKind::coupling;
       return sweep_joints_of_kind<joint_pass(pass)>(block, all, p.substep, ends_substep<pass>(p) && !has_more);
     }
-    if (pass != ContactPass::iterate && HWY_UNLIKELY(block.header().held)) {
-      sweep_held<pass>(block, all, p);
-      if (pass == ContactPass::relax && block.header().rolls) roll<false>(block, all);
+    if (HWY_UNLIKELY(block.header().rare)) {
+      sweep_rare<pass>(block, all, p);
+      if (pass != ContactPass::soft && block.header().rolls) roll<false>(block, all);
       return;
     }
     by_bodies(block, [&](auto fixed_a, auto isotropic)

@@ -107,6 +107,7 @@ struct BlockHeader {
   bool isotropic = false;                         ///< all bodies' inertias are multiples of the identity
   bool restitution = false;                       ///< some lane bounces
   bool held = false;                              ///< some lane is held by its supports' direct solution
+  bool rare = false;                              ///< `held` or `by_direction`
   bool has_offsets = false;                       ///< some lane's depth has an offset
   bool deep = false;                              ///< some lane may be deeper than allowed
   bool round = false;                             ///< some lane's contact has a round body

@@ -16,8 +16,8 @@ class ByteReader;
 class ByteWriter;
 
 /// The rarely changing data of one body. Simulators keep the state that a step changes.
-struct alignas(64) BodyInfo {
-  // For most bodies, a step reads only the first cache line.
+struct alignas(16) BodyInfo {
+  // For most bodies, a step reads only the first members, up to the shape.
   MotionType motion = MotionType::fixed;
   bool can_sleep = true;
   /// Inertia is a multiple of the identity: no gyroscopic torque, one number instead of six.
@@ -31,20 +31,20 @@ struct alignas(64) BodyInfo {
   float gravity_scale = 1;
   float linear_damping = 0;   ///< 1/s
   float angular_damping = 0;  ///< 1/s
-  Geometry geometry;          ///< its last member, the view of the hull, is on the second line
+  Geometry geometry;          ///< its last member is the view of the hull
 
   SymMat3 inertia;                         ///< body axes, 0 unless dynamic
   SymMat3 inverse_inertia;                 ///< body axes, 0 unless dynamic
   std::shared_ptr<const void> shape_data;  ///< owns the geometry of a hull, a surface or a compound
+  Material material;                       ///< steps read it where contacts begin
   float mass = 0;                          ///< kg, 0 unless dynamic
   Filter filter;
-  alignas(64) Material material;  ///< entirely on the last line, which steps read where contacts begin
 
   void set_shape(const Shape& shape);
   Shape shape() const;
   std::shared_ptr<const Hull> hull() const;  ///< null if the shape is not a hull
 };
-static_assert(sizeof(BodyInfo) == 320);
+static_assert(sizeof(BodyInfo) == 272);
 
 /// Sensors collide with nothing.
 inline bool may_collide(const BodyInfo& a, const BodyInfo& b) {
