@@ -4,59 +4,27 @@
 #include <cmath>
 #include <fathom/compound.hpp>
 #include <limits>
-#include <ostream>
 #include <string>
 #include <vector>
 
 #include "test_surfaces.hpp"
-#include "world_fixture.hpp"
+#include "world_variants.hpp"
 
 namespace fathom::test::belt_test {
 namespace {
 
 constexpr float dt = 1.0f / 60, g = 9.81f, mu = 0.5f;
 
-struct Variant {
-  const char* name;
-  SimulatorKind simulator = SimulatorKind::native;
-  Partition partition = Partition::colours;
-  Solver solver = Solver::soft;
-
-  friend std::ostream& operator<<(std::ostream& out, const Variant& v) { return out << v.name; }
-};
-
-constexpr Variant variants[] = {
-    {"native"},
-    {"native_impulse", SimulatorKind::native, Partition::colours, Solver::impulse},
-    {"native_cells", SimulatorKind::native, Partition::cells},
-    {"hybrid", SimulatorKind::hybrid},
-    {"device", SimulatorKind::device},
-    {"device_impulse", SimulatorKind::device, Partition::colours, Solver::impulse},
-    {"device_cells", SimulatorKind::device, Partition::cells},
-};
-
 class Belts : public testing::TestWithParam<Variant> {
  protected:
-  static WorldDef sleepy(int threads = 1) {
-    WorldDef def;
-    def.simulator = GetParam().simulator;
-    def.device = test_device();
-    def.partition = GetParam().partition;
-    def.solver.method = GetParam().solver;
-    def.threads = threads;
-    return def;
-  }
-  static WorldDef quiet(int threads = 1) {
-    WorldDef def = sleepy(threads);
-    def.sleep.enabled = false;
-    return def;
-  }
+  static WorldDef sleepy(int threads = 1) { return sleepy_world(GetParam(), threads); }
+  static WorldDef quiet(int threads = 1) { return quiet_world(GetParam(), threads); }
   /// With the solver `impulse`, bodies on several contacts slip a little, on moving platforms no less.
   static bool is_exact() { return GetParam().solver == Solver::soft; }
   static bool is_device() { return GetParam().simulator == SimulatorKind::device; }
 };
 
-INSTANTIATE_TEST_SUITE_P(Simulators, Belts, testing::ValuesIn(variants),
+INSTANTIATE_TEST_SUITE_P(Simulators, Belts, testing::ValuesIn(all_variants),
                          [](const auto& of) { return std::string(of.param.name); });
 
 /// A belt 100 m long and 4 m wide, its surface at z = 0.

@@ -3,55 +3,26 @@
 
 #include <cmath>
 #include <fathom/compound.hpp>
-#include <ostream>
 #include <string>
 #include <vector>
 
 #include "dynamics/contact_rows.hpp"
 #include "random.hpp"
 #include "test_surfaces.hpp"
-#include "world_fixture.hpp"
+#include "world_variants.hpp"
 
 namespace fathom::test::friction_direction_test {
 namespace {
 
 constexpr float dt = 1.0f / 60, g = 9.81f, along = 0.1f, across = 0.8f;
 
-struct Variant {
-  const char* name;
-  SimulatorKind simulator = SimulatorKind::native;
-  Partition partition = Partition::colours;
-  Solver solver = Solver::soft;
-
-  friend std::ostream& operator<<(std::ostream& out, const Variant& v) { return out << v.name; }
-};
-
-constexpr Variant variants[] = {
-    {"native"},
-    {"native_impulse", SimulatorKind::native, Partition::colours, Solver::impulse},
-    {"native_cells", SimulatorKind::native, Partition::cells},
-    {"hybrid", SimulatorKind::hybrid},
-    {"device", SimulatorKind::device},
-    {"device_impulse", SimulatorKind::device, Partition::colours, Solver::impulse},
-    {"device_cells", SimulatorKind::device, Partition::cells},
-};
-
 class FrictionByDirection : public testing::TestWithParam<Variant> {
  protected:
-  static WorldDef settings(int threads = 1) {
-    WorldDef def;
-    def.simulator = GetParam().simulator;
-    def.device = test_device();
-    def.partition = GetParam().partition;
-    def.solver.method = GetParam().solver;
-    def.threads = threads;
-    def.sleep.enabled = false;
-    return def;
-  }
+  static WorldDef settings(int threads = 1) { return quiet_world(GetParam(), threads); }
   static bool is_exact() { return GetParam().solver == Solver::soft; }
 };
 
-INSTANTIATE_TEST_SUITE_P(Simulators, FrictionByDirection, testing::ValuesIn(variants),
+INSTANTIATE_TEST_SUITE_P(Simulators, FrictionByDirection, testing::ValuesIn(all_variants),
                          [](const auto& of) { return std::string(of.param.name); });
 
 /// Friction that a floor of coefficient 1 leaves unchanged.
@@ -177,9 +148,7 @@ TEST_P(FrictionByDirection, OnASlopeRunnersGlideDownAndHoldAcross) {
   const Quat tilt = axis_angle({0, 1, 0}, slope);
   for (const bool is_along : {true, false})
     for (const bool is_loaded : {true, false}) {
-      WorldDef with_sleep = settings();
-      with_sleep.sleep.enabled = true;
-      World world(with_sleep);
+      World world(sleepy_world(GetParam()));
       BodyDef def = floor_of();
       def.pose = {.position = rotate(tilt, {0, 0, -0.5f}), .rotation = tilt};
       world.add(def);

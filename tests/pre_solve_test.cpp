@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -15,7 +14,7 @@
 
 #include "random.hpp"
 #include "test_surfaces.hpp"
-#include "world_fixture.hpp"
+#include "world_variants.hpp"
 
 namespace fathom::test::pre_solve_test {
 namespace {
@@ -23,16 +22,6 @@ namespace {
 using testing::HasSubstr;
 
 constexpr float dt = 1.0f / 60, g = 9.81f;
-
-struct Variant {
-  const char* name;
-  SimulatorKind simulator = SimulatorKind::native;
-  Partition partition = Partition::colours;
-  Solver solver = Solver::soft;
-  BroadPhase broad_phase = BroadPhase::tree;
-
-  friend std::ostream& operator<<(std::ostream& out, const Variant& v) { return out << v.name; }
-};
 
 constexpr Variant variants[] = {
     {"native"},
@@ -48,23 +37,9 @@ constexpr Variant variants[] = {
 
 class PreSolve : public testing::TestWithParam<Variant> {
  protected:
-  static WorldDef sleepy(int threads = 1) {
-    WorldDef def;
-    def.simulator = GetParam().simulator;
-    def.device = "host";
-    def.partition = GetParam().partition;
-    def.solver.method = GetParam().solver;
-    def.broad_phase = GetParam().broad_phase;
-    def.threads = threads;
-    return def;
-  }
-  static WorldDef quiet(int threads = 1) {
-    WorldDef def = sleepy(threads);
-    def.sleep.enabled = false;
-    return def;
-  }
+  static WorldDef sleepy(int threads = 1) { return sleepy_world(GetParam(), threads); }
+  static WorldDef quiet(int threads = 1) { return quiet_world(GetParam(), threads); }
 };
-using CustomFilter = PreSolve;
 
 INSTANTIATE_TEST_SUITE_P(Simulators, PreSolve, testing::ValuesIn(variants),
                          [](const auto& of) { return std::string(of.param.name); });

@@ -76,6 +76,20 @@ inline std::vector<std::byte> saved(const World& world) {
   return bytes;
 }
 
+/// Whether a world from make(threads) goes on alike once it is restored, and on several threads.
+template <class Make>
+bool goes_on_alike(const Make& make) {
+  World one = make(1);
+  run(one, 40);
+  World restored(quiet_world());
+  restored.restore(saved(one));
+  run(one, 80);
+  run(restored, 80);
+  World more = make(3);
+  run(more, 120);
+  return one.state_hash() == restored.state_hash() && one.state_hash() == more.state_hash();
+}
+
 inline float kinetic_energy(const World& world, BodyId id) {
   const Velocity v = world.velocity(id);
   const Vec3 local = inverse_rotate(world.pose(id).rotation, v.angular);

@@ -10,6 +10,7 @@
 #include <array>
 #include <deque>
 #include <memory>
+#include <span>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -252,6 +253,7 @@ class DeviceSimulator final : public Simulator {
   void ask_about_contacts(Step<D>& step);
   ContactAnswer answer(const ContactQuestion& question);
   void upload_refused();
+  void note_kept_out(std::span<const Contact> contacts);
   std::vector<Vec3> own_slides(std::size_t contacts);
   void reserve_results(const PendingStep& pending);
   void submit_results(const PendingStep& pending);

@@ -211,6 +211,8 @@ void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   tree_.note_set(slot);
   ray_memory_.note_bodies();
   movable_ -= bodies[slot].motion != MotionType::fixed;
+  const std::uint32_t index = indices_.of(slot);
+  std::erase_if(kept_out_, [&](std::uint64_t key) { return key >> 32 == index || (key & 0xffffffffu) == index; });
   add_edit(edit_of(EditKind::remove, indices_.of(slot), Velocity{}));
   for (std::uint32_t k = 0; k < children_of(slot); ++k)
     add_edit(edit_of(EditKind::remove, indices_.first_child(slot) + k, Velocity{}));

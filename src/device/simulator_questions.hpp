@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "check/check.hpp"
 #include "device/device_simulator.hpp"
 #include "native/asked_contact.hpp"
 
@@ -95,6 +96,16 @@ void DeviceSimulator<D>::ask_about_pairs(Step<D>& step) {
   if (refused.empty()) return;
   upload(contact_memory_.refused_contacts(), refused);
   step.refuse_pairs(contact_memory_.refused_contacts(), static_cast<std::uint32_t>(refused.size()));
+  // Some of them have parted.
+  if (kept_out_.size() > counters.contacts)
+    note_kept_out(download(contact_memory_.contacts().contacts, counters.contacts));
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::note_kept_out(std::span<const Contact> contacts) {
+  kept_out_.clear();
+  for (const Contact& c : contacts)
+    if (c.in_use() && c.kept_out()) kept_out_.insert(refused_key(c.a, c.b));
 }
 
 /// In an order that does not depend on the device's.
@@ -133,8 +144,7 @@ void DeviceSimulator<D>::upload_refused() {
   keys.insert(keys.end(), refused_in_step_.begin(), refused_in_step_.end());
   std::ranges::sort(keys);
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  // More than there are contacts may remain of bodies that are gone.
-  keys.resize(std::min(keys.size(), contact_memory_.capacity() + contact_memory_.manifold_capacity()));
+  FATHOM_ASSERT(keys.size() <= contact_memory_.capacity() + contact_memory_.manifold_capacity());
   upload(contact_memory_.refused(), keys);
   device_.fill(&counters_.data()->refused, 1, static_cast<std::uint32_t>(keys.size()));
 }

@@ -238,13 +238,13 @@ void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counte
       };
       in.require(!c.in_use() || !c.in_parts() || (has_child(c.a, c.child_a()) && has_child(c.b, c.child_b())));
       in.require(!c.in_use() || !c.is_with_surface() || has_other_shape[c.a] || constants[c.a].is_surface());
-      if (c.in_use() && c.kept_out()) kept_out_.insert(refused_key(c.a, c.b));
       if (c.in_use() && (c.in_parts() || c.is_patch()) && c.in_touch())
         ++touching_parts_[std::uint64_t{c.a} << 32 | c.b];
       if (!c.in_use() || c.is_with_surface()) continue;
       in.require(c.touching() ? c.manifold < counters.manifolds : c.manifold == none);
     }
     check_patches(in, contacts);
+    note_kept_out(contacts);
   });
   read_into(in, arrays.free, room, counters.free_contacts, are_below(in, counters.contacts));
   read_into(in, arrays.manifolds, manifold_room, counters.manifolds, [](const auto&) {});
