@@ -299,6 +299,34 @@ TEST_P(PreSolve, IsAskedAboutEachPartOfACompound) {
   }
 }
 
+TEST_P(PreSolve, PartsOfManyPairsEnd) {
+  const std::vector<float> level(21 * 21, 0.0f);
+  World world(sleepy());
+  BodyDef field;
+  field.motion = MotionType::fixed;
+  field.shape = height_field({.columns = 21, .rows = 21, .cell_x = 1, .cell_y = 1, .heights = level});
+  field.pose.position = {-10, -10, 0};
+  world.add(field);
+  const std::vector<ChildShape> dumbbell{{.shape = box({0.3f, 0.05f, 0.05f})},
+                                         {.shape = sphere(0.12f), .pose = {.position = {0.3f, 0, 0}}},
+                                         {.shape = sphere(0.12f), .pose = {.position = {-0.3f, 0, 0}}}};
+  Generator random(3);
+  for (int i = 0; i < 120; ++i) {
+    BodyDef def = asking(dynamic(compound(dumbbell), 3 * in_cube(random) + Vec3{0, 0, 4}));
+    def.velocity.angular = 6 * on_sphere(random);
+    world.add(def);
+  }
+  world.set_pre_solve_callback([&](PreSolveContact& c) {
+    c.restitution = 0.5f;
+    c.enabled = c.a.index == 0 || (c.a.index + c.b.index + world.step_count() / 5) % 4 != 0;
+  });
+  for (int i = 0; i < 200; ++i) {
+    world.step();
+    ASSERT_TRUE(world.quarantined().empty()) << i;
+  }
+  for (const BodyId id : world.bodies()) EXPECT_GT(world.pose(id).position.z, -0.1f);
+}
+
 /// A callback that depends only on what it sees: some contacts off for a time, others with other materials.
 void mix_up(const World& world, PreSolveContact& c) {
   const std::uint32_t pair = c.a.index * 31 + c.b.index;

@@ -47,10 +47,12 @@ class ContactChanges {
 
   // Before `gather`, by one thread.
 
-  /// Whether the contact ends touch.
-  bool ends(std::uint32_t contact) const {
-    const std::vector<std::uint32_t>& ended = blocks_[contact / block_size_].ended;
-    return std::ranges::find(ended, contact) != ended.end();
+  /// Lists the contacts that end touch, ascending. A part is in the block of its pair, wherever its own index is.
+  void list_ended(std::vector<std::uint32_t>& ended) const {
+    ended.clear();
+    for (std::size_t i = 0; i < counts_.size(); ++i)
+      if (counts_[i].ended > 0) ended.insert(ended.end(), blocks_[i].ended.begin(), blocks_[i].ended.end());
+    std::ranges::sort(ended);
   }
   /// Ends the touch of a touching contact, whatever the narrow phase found.
   void end(std::uint32_t contact) {

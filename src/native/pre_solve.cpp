@@ -10,8 +10,9 @@ void PreSolve::ask(ContactChanges& changes) {
   if (!callbacks_.pre_solve || bodies_.pre_solvers().empty()) return;
   graph_.drop_old_slides();
   list_touching();
+  changes.list_ended(ended_);
   for (const std::uint32_t index : touching_)
-    if (!changes.ends(index) && !keeps(index)) changes.end(index);
+    if (!std::ranges::binary_search(ended_, index) && !keeps(index)) changes.end(index);
   changes.filter_begun([this](NewManifold& fresh) { return lets_begin(fresh); });
 }
 

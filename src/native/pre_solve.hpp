@@ -32,7 +32,7 @@ class PreSolve {
   bool may_stop(const FastPair& pair, Vec3 normal);
 
   std::size_t memory_bytes() const {
-    return answers_.capacity() * sizeof(Answer) + touching_.capacity() * sizeof(std::uint32_t);
+    return answers_.capacity() * sizeof(Answer) + (touching_.capacity() + ended_.capacity()) * sizeof(std::uint32_t);
   }
 
  private:
@@ -53,7 +53,7 @@ class PreSolve {
   ContactGraph& graph_;
   Callbacks& callbacks_;
   std::vector<Answer> answers_;  // of this step
-  std::vector<std::uint32_t> touching_;
+  std::vector<std::uint32_t> touching_, ended_;
 };
 
 }  // namespace fathom::native
