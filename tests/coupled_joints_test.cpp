@@ -114,7 +114,7 @@ TEST_F(CoupledJointsTest, GenericJoint) {
     GenericJointRow<float> row{};
     prepare_generic_joint<float>({1, {}}, {1, {}}, anchor_a_ - anchor_b_ + 0.02f * size_ * in_cube(random_), on_a_,
                                  on_a_, anchor_a_, anchor_b_, row);
-    row.rigid = 1, row.mass_scale = 1;
+    row.mass_scale = 1;
     bool held[axis_count];
     for (int i = 0; i < axis_count; ++i) {
       held[i] = trial % 4 == 0 || uniform(random_, 0, 1) < 0.6f;

@@ -76,6 +76,7 @@ TEST_F(DeviceRows, OfBallJoints) {
     row.arm_a = vector(2), row.arm_b = vector(2), row.gap = vector(0.1f), row.impulse = vector(3);
     soften(row);
     row.rigid = flag(), row.most = (1 - row.rigid) * uniform(0, 5);
+    row.compliance = (1 - row.rigid) * uniform(0, 1);
     store_joint(rows_, row), store_joint_impulse(rows_, row), store_joint_total(rows_, row);
     Quad q[row_count];
     fetch(q);
@@ -88,19 +89,19 @@ TEST_F(DeviceRows, OfBallJoints) {
 TEST_F(DeviceRows, OfGenericJoints) {
   for (int trial = 0; trial < 500; ++trial) {
     GenericJoint joint;
-    joint.rigid = flag(), joint.moves = joint.reacts = 1, joint.min_hit = 1;
+    joint.moves = joint.reacts = 1, joint.min_hit = 1;
     joint.distance = random_() % 4 == 0 ? 1.0f : 0.0f, joint.cone = random_() % 4 == 0 ? 1.0f : 0.0f;
     for (auto& axis : joint.axes) {
       axis.locked = flag(), axis.limited = (1 - axis.locked) * flag();
       axis.lower = -uniform(0, 1), axis.upper = axis.locked > 0 ? axis.lower : uniform(0, 1);
-      axis.velocity = uniform(-5, 5), axis.response = flag(), axis.most = flag() * uniform(0, 10);
+      axis.velocity = uniform(-5, 5), axis.compliance = flag(), axis.most = flag() * uniform(0, 10);
       axis.restitution = flag() * uniform(0, 1), axis.armature = flag() * uniform(0, 1);
     }
     GenericJointRow<float> row{};
     row.frame_a = orientation(), row.frame_b = orientation();
     row.arm_a = vector(2), row.arm_b = vector(2), row.gap = vector(0.1f);
     soften(row);
-    row.rigid = joint.rigid, row.distance = joint.distance, row.cone = joint.cone, row.min_hit = joint.min_hit;
+    row.distance = joint.distance, row.cone = joint.cone, row.min_hit = joint.min_hit;
     for (int i = 0; i < axis_count; ++i)
       row.axes[i] = joint.axes[i], row.hold[i] = uniform(-1, 1), row.drive[i] = uniform(-1, 1);
     JointReactions kept{}, stored{};

@@ -163,7 +163,6 @@ class LaneLaws : public testing::Test {
   template <class Row>
   void soften(Row& row) {
     row.bias_rate = magnitude(0, 3), row.mass_scale = uniform(0, 1), row.impulse_scale = uniform(0, 1);
-    row.rigid = flag();
   }
   fathom::BallJointRow<float> ball() {
     fathom::BallJointRow<float> row{};
@@ -171,6 +170,7 @@ class LaneLaws : public testing::Test {
     row.impulse = flag() * vector(-1, 0.5f), row.total = row.impulse, row.pull = flag() * vector(-1, 1);
     row.moment_a = flag() * vector(-1, 0.5f), row.moment_b = flag() * vector(-1, 0.5f);
     soften(row);
+    row.rigid = flag(), row.compliance = (1 - row.rigid) * magnitude(-3, 3);
     row.most = flag() * magnitude(-1, 1);
     return row;
   }
@@ -185,7 +185,7 @@ class LaneLaws : public testing::Test {
       axis.locked = flag(), axis.limited = (1 - axis.locked) * flag();
       axis.lower = -magnitude(-3, 0), axis.upper = axis.locked > 0 ? axis.lower : magnitude(-3, 0);
       axis.target = uniform(-1, 1), axis.approach = flag() * magnitude(-1, 2), axis.velocity = uniform(-5, 5);
-      axis.compliance = flag() * magnitude(-6, 1), axis.response = flag(), axis.most = flag() * magnitude(-1, 2);
+      axis.compliance = flag() * magnitude(-6, 1), axis.most = flag() * magnitude(-1, 2);
       axis.restitution = flag() * uniform(0, 1), axis.armature = flag() * magnitude(-3, 1);
     }
     for (int i = 0; i < axis_count; ++i) row.hold[i] = flag() * uniform(-3, 3), row.drive[i] = flag() * uniform(-1, 1);
@@ -208,6 +208,7 @@ class LaneLaws : public testing::Test {
     row.angle_a = row.start_a, row.angle_b = row.start_b;
     row.coupling = {end(), end(), flag()};
     soften(row);
+    row.rigid = flag(), row.compliance = (1 - row.rigid) * magnitude(-3, 3);
     row.lower = uniform(-5, 0), row.upper = uniform(0, 5), row.limited = flag();
     row.impulse = flag() * uniform(-10, 10);
     return row;

@@ -44,8 +44,9 @@ struct JointDrive {
   float stiffness = 0;      ///< N/m; in Hz if `by_frequency`
   float damping = 0;        ///< N·s/m; a damping ratio if `by_frequency`
   float max_force = 3e38f;  ///< N
-  /// True: stiffness and damping are a frequency and a damping ratio for the effective mass along the axis, with all
-  /// other axes locked.
+  /// True: stiffness and damping are a frequency f and a damping ratio ζ of the mass m that the axis moves where both
+  /// frames coincide, with locked axes held; for a distance joint the reduced mass. The spring then has the stiffness
+  /// m (2π f)² and the damping 4π f ζ m wherever the bodies are.
   bool by_frequency = false;
 
   /// Whether it acts at all.
@@ -73,6 +74,8 @@ struct JointAxis {
   /// axes that are not locked. Velocities and impulses set by the application act on the bodies alone.
   float armature = 0;
 
+  /// Whether it is locked, by its mode or by equal bounds.
+  bool is_locked() const { return mode == AxisMode::locked || (mode == AxisMode::limited && lower == upper); }
   /// Limits the axis (m or rad).
   JointAxis& limit(float from, float to) {
     mode = AxisMode::limited, lower = from, upper = to;
@@ -149,8 +152,10 @@ struct JointDef {
   float break_torque = unbreakable;  ///< see `break_force`
   /// False: the two bodies do not collide with each other.
   bool collide_connected = false;
-  /// 0: rigid. Otherwise everything locked is a spring with this frequency (Hz) and `damping_ratio` for the bodies'
-  /// effective mass. It is integrated implicitly (Catto, "Soft Constraints", GDC 2011), so any value is stable.
+  /// 0: rigid. Otherwise everything locked is a spring with this frequency (Hz) and `damping_ratio`, axis by axis, for
+  /// the mass described at `JointDrive::by_frequency`; a ball joint has the reduced mass 1 / (1 / m_a + 1 / m_b) in all
+  /// directions (Box2D's b2LinearStiffness). It is integrated implicitly (Catto, "Soft Constraints", GDC 2011), so any
+  /// value is stable.
   float hertz = 0;
   float damping_ratio = 1;  ///< of that spring; 1 is critical
   /// Ball joint with `hertz`: its maximum force in any direction (N).

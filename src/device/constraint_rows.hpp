@@ -129,7 +129,7 @@ FATHOM_HD void store_joint(Quad* rows, const BallJointRow<float>& r) {
   rows[0] = quad(r.arm_a, r.bias_rate);
   rows[1 * tile_width] = quad(r.arm_b, r.mass_scale);
   rows[2 * tile_width] = quad(r.gap, r.impulse_scale);
-  rows[3 * tile_width] = {r.rigid, r.most, 0, 0};
+  rows[3 * tile_width] = {r.rigid, r.most, r.compliance, 0};
 }
 FATHOM_HD void store_joint_impulse(Quad* rows, const BallJointRow<float>& r) {
   rows[joint_moment_row * tile_width] = quad(r.moment_a, 0);
@@ -144,7 +144,7 @@ FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
   r.arm_a = q[0].xyz(), r.bias_rate = q[0].w;
   r.arm_b = q[1].xyz(), r.mass_scale = q[1].w;
   r.gap = q[2].xyz(), r.impulse_scale = q[2].w;
-  r.rigid = q[3].x, r.most = q[3].y;
+  r.rigid = q[3].x, r.most = q[3].y, r.compliance = q[3].z;
   r.moment_a = q[joint_moment_row].xyz(), r.moment_b = q[joint_moment_row + 1].xyz();
   r.impulse = q[joint_impulse_row].xyz();
   r.total = q[joint_total_row].xyz();
@@ -184,7 +184,7 @@ FATHOM_HD GenericJointRow<float> generic_joint_of(const Quad* q, const GenericJo
   r.arm_b = q[3].xyz(), r.mass_scale = q[3].w;
   r.gap = q[4].xyz(), r.impulse_scale = q[4].w;
   r.pull = {};
-  r.rigid = joint.rigid, r.distance = joint.distance, r.cone = joint.cone;
+  r.distance = joint.distance, r.cone = joint.cone;
   for (int i = 0; i < axis_count; ++i) r.axes[i] = joint.axes[i];
   load_generic_impulses(q, r.hold, r.drive);
   const Quad* const more = q + generic_written_row + 3;

@@ -34,7 +34,8 @@ struct alignas(16) JointRecord {
   Vec3 total;             ///< N·s on B, of the last step that solved it
   float max_impulse = 0;  ///< N·s per substep, of a spring; 0 for a rigid joint
   float max_start = 0;    ///< N·s, maximum with which sweeps begin a step
-  std::uint32_t unused[3] = {};
+  float compliance = 0;   ///< 1/kg, of a spring
+  std::uint32_t unused[2] = {};
 
   FATHOM_HD bool in_use() const { return a != none; }
 };

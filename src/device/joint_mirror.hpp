@@ -255,21 +255,26 @@ class JointMirror {
   static std::uint64_t bit(const Mirrored& joint) { return std::uint64_t{1} << joint.colour; }
 
   static JointRecord record(const Mirrored& joint, const JointInfo& info, float h) {
-    const Softness softness = joint_softness(info.def.hertz, info.def.damping_ratio, h);
+    const bool is_generic = info.def.type != JointType::ball;
+    const JointSoftness softness = is_generic
+                                       ? rigid_joint_softness(h)
+                                       : joint_softness(info.def.hertz, info.def.damping_ratio, info.masses[0], h);
     JointRecord r;
     r.a = joint.a, r.b = joint.b, r.colour = joint.colour, r.fixed_a = joint.fixed_a != 0;
     r.anchor_a = info.anchor_a, r.anchor_b = info.anchor_b;
     r.bias_rate = softness.bias_rate, r.mass_scale = softness.mass_scale, r.impulse_scale = softness.impulse_scale;
+    r.compliance = softness.compliance;
     r.max_impulse = max_impulse(info.def.hertz, info.def.max_force, h);
     r.max_start = max_start(info.swing_rate, h);
-    r.is_generic = info.def.type != JointType::ball;
+    r.is_generic = is_generic;
     return r;
   }
   void note_generic(const JointTable& table, const JointEdit& edit, float h, float min_hit) {
     const JointInfo& info = table[edit.slot];
     had_generic_ = 1;
     generic_edits_.push_back(
-        {make_generic_joint(info.def, {info.swapped, table.is_alone(edit.slot)}, h, min_hit), edit.slot, edit.is_new});
+        {make_generic_joint(info.def, {info.swapped, table.is_alone(edit.slot), info.masses}, h, min_hit), edit.slot,
+         edit.is_new});
   }
 
   std::vector<Mirrored> joints_;        // by slot

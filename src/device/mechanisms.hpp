@@ -43,13 +43,9 @@ struct LinkedBodies {
   FATHOM_HD float inverse_mass(std::uint32_t i) const { return bodies->constants[i].inverse_mass; }
   FATHOM_HD const SymMat3& inertia(std::uint32_t i) const { return bodies->tensors[i].inertia; }
   FATHOM_HD const Pose& pose(std::uint32_t i) const { return bodies->poses[i]; }
-  FATHOM_HD SymMat3 response(std::uint32_t /*i*/, const MechanismLink& link) const { return response_of(link.body); }
-  FATHOM_HD SymMat3 response_of(std::uint32_t i) const {
-    const SolverBody body = solver_body(i);
-    return world_inertia<SymMat3>(*bodies, i, body.inverse_mass, body.inverse_inertia);
-  }
-  FATHOM_HD void look_at_masses(std::uint32_t i, const MechanismLink& link, JointLink& joint, float h) const {
-    joint.look_at_masses(bodies_of(*this, link, state(i).obstacle), h);
+  FATHOM_HD SymMat3 response(std::uint32_t /*i*/, const MechanismLink& link) const {
+    const SolverBody body = solver_body(link.body);
+    return world_inertia<SymMat3>(*bodies, link.body, body.inverse_mass, body.inverse_inertia);
   }
   FATHOM_HD Vec3 swing(const MechanismLink& link) const {
     return mechanisms->records[link.mechanism].swings() ? bodies->motion[link.body].acceleration : Vec3{};

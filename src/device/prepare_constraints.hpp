@@ -147,6 +147,7 @@ struct PrepareConstraints {
                          start_share(length_squared(joint.impulse), joint.max_start) * joint.impulse, row);
       row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
       row.rigid = one_where_zero(joint.max_impulse), row.most = joint.max_impulse;
+      row.compliance = joint.compliance;
       store_joint(rows, row);
       store_joint_impulse(rows, row);
       store_joint_total(rows, row);

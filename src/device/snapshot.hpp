@@ -323,7 +323,7 @@ void DeviceSimulator<D>::restore_generic_joints(ByteReader& in, std::uint32_t co
   for (std::uint32_t slot = 0; slot < count; ++slot)
     if (joints.alive(slot) && joints[slot].def.type != JointType::ball)
       definitions[slot] =
-          make_generic_joint(joints[slot].def, {joints[slot].swapped, joints.is_alone(slot)},
+          make_generic_joint(joints[slot].def, {joints[slot].swapped, joints.is_alone(slot), joints[slot].masses},
                              def.dt / static_cast<float>(def.solver.substeps), def.solver.restitution_threshold);
   upload(joint_memory_.arrays().generic, definitions);
   upload(joint_memory_.arrays().generic_impulses, impulses);

@@ -19,7 +19,8 @@ class TreeSource {
     generic_.resize(joints.slot_count());
     for (const JointId id : joints.living()) {
       const JointInfo& info = joints[id.index];
-      if (is_generic(id.index)) generic_[id.index] = make_generic_joint(info.def, {info.swapped, false}, 1, 0);
+      if (is_generic(id.index))
+        generic_[id.index] = make_generic_joint(info.def, {info.swapped, false, info.masses}, 1, 0);
     }
   }
 

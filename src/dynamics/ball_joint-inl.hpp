@@ -36,8 +36,9 @@ struct BallJointRow {
   VecOf<L> moment_a, moment_b;  ///< N·m·s, of `impulse` on each body about its centre, in the axes of its spin
   VecOf<L> pull;                ///< m/s², for bodies that swing: acceleration of B relative to A
   L bias_rate, mass_scale, impulse_scale;
-  L rigid;  ///< 1, or 0 for a spring
-  L most;   ///< N·s, largest impulse of a spring in a substep; 0 for a rigid joint
+  L rigid;       ///< 1, or 0 for a spring
+  L most;        ///< N·s, largest impulse of a spring in a substep; 0 for a rigid joint
+  L compliance;  ///< 1/kg, of a spring
 };
 
 template <class L>
@@ -268,10 +269,12 @@ struct BallJointSweep {
       carry(bodies.a, at_a, bodies.inverse_of_a(), reverse, moment_a, was_a, spun_a, row.moment_a);
     row.impulse = scale(share, impulse);
   }
-  /// The impulse that changes the anchors' relative velocity by `change`.
-  FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change) const {
+  /// The impulse that changes the anchors' relative velocity by `change`, less `compliance` times itself.
+  FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change, L compliance) const {
     const L one = splat<L>(1.0f), zero = splat<L>(0.0f);
-    return solved<L>(response({one, zero, zero}), response({zero, one, zero}), response({zero, zero, one}), change);
+    VecOf<L> x = response({one, zero, zero}), y = response({zero, one, zero}), z = response({zero, zero, one});
+    x.x = x.x + compliance, y.y = y.y + compliance, z.z = z.z + compliance;
+    return solved<L>(x, y, z, change);
   }
 
  private:
@@ -333,8 +336,9 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
   if constexpr (pass != JointPass::relax) {
     wanted = mul_add(wanted + sweep.drift(h), splat<L>(-0.5f) * h, row.pull);
     wanted = wanted + limited_pull(row, scale(row.bias_rate, sweep.gap(row)));
+    wanted = mul_add(wanted, row.compliance, row.impulse);
   }
-  VecOf<L> change = sweep.impulse_for(wanted);
+  VecOf<L> change = sweep.impulse_for(wanted, row.compliance);
   const L zero = splat<L>(0.0f);
   if constexpr (pass == JointPass::relax)
     change = scale(zero - row.rigid, change);

@@ -35,11 +35,33 @@ struct JointBodies {
   FATHOM_HD auto inverse_of_b() const { return fathom::inverse_inertia(b.inverse_mass, b.response); }
 };
 
-/// Softness of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds, at most that
-/// of a rigid one.
-FATHOM_HD Softness joint_softness(float hertz, float damping_ratio, float h) {
-  const float rigid = rigid_joint_rate / h;
-  return hertz > 0 ? make_soft(min(hertz, rigid), damping_ratio, h) : make_soft(rigid, rigid_joint_damping, h);
+/// A row that wants the velocity -bias_rate · separation - compliance · impulse. A rigid joint has no compliance but
+/// gives way in proportion to its effective mass, as contacts do; a spring has compliance alone.
+struct JointSoftness {
+  float bias_rate = 0, mass_scale = 1, impulse_scale = 0;  ///< see Softness
+  float compliance = 0;                                    ///< 1/kg or 1/(kg·m²)
+};
+
+/// Of a rigid joint, over substeps of h seconds.
+FATHOM_HD JointSoftness rigid_joint_softness(float h) {
+  const Softness s = make_soft(rigid_joint_rate / h, rigid_joint_damping, h);
+  return {s.bias_rate, s.mass_scale, s.impulse_scale, 0};
+}
+
+/// Of a spring with the stiffness k = m ω² and the damping c = 2 ζ ω m, integrated implicitly over h seconds. The mass
+/// m (kg or kg·m²) belongs to the joint, not to the bodies' placement: a spring whose stiffness turns with the bodies
+/// does work (docs/joints.md, Springs).
+FATHOM_HD JointSoftness spring_softness(float hertz, float damping_ratio, float mass, float h) {
+  const float omega = 2 * pi * hertz, sum = fma(h, omega, 2 * damping_ratio);
+  return {omega / sum, 1, 0, min(1 / (h * omega * sum * mass), 3e38f)};
+}
+
+/// Highest frequency (Hz) of springs: no joint is stiffer than a rigid one.
+FATHOM_HD float joint_hertz(float hertz, float h) { return min(hertz, rigid_joint_rate / h); }
+
+/// Softness of a joint with this frequency (Hz; 0: rigid), damping ratio and mass.
+FATHOM_HD JointSoftness joint_softness(float hertz, float damping_ratio, float mass, float h) {
+  return hertz > 0 ? spring_softness(joint_hertz(hertz, h), damping_ratio, mass, h) : rigid_joint_softness(h);
 }
 
 /// Largest impulse of a spring in a substep of h seconds (N·s); 0 for a rigid joint. A force of 0 gives a tiny impulse.

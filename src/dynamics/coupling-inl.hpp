@@ -35,7 +35,8 @@ struct CouplingRow {
   VecOf<L> way_a, way_b;         ///< m, from the ends' fixed points to the anchors
   CountedAngle<L> start_a, start_b;
   CoupledEnds<L> coupling;
-  L bias_rate, mass_scale, impulse_scale, rigid;
+  L bias_rate, mass_scale, impulse_scale;
+  L rigid, compliance;  ///< 1, or 0 for a spring; its compliance (1/kg or 1/(kg·m²))
   L lower, upper, limited;
 
   L impulse;  ///< on the row's sum, over the substep
@@ -201,7 +202,9 @@ FATHOM_LANE_FUNCTION L soft_coupling_impulse(const CouplingRow<L>& row, const Sw
   const L value = sweep.value(), speed = sweep.velocity() + sweep.drift();
   const L most = choose(row.rigid, splat<L>(max_pull), splat<L>(3e37f));
   const L pull = bounded(row.bias_rate * (value - row.lower), most);
-  const L held = mul_add(row.impulse, zero - row.mass_scale * inverse, speed + pull);
+  const L gain = inverse / mul_add(splat<L>(1.0f), row.compliance, inverse);  // one where there is no compliance
+  const L wanted = mul_add(speed + pull, row.compliance, row.impulse);
+  const L held = mul_add(row.impulse, zero - row.mass_scale * gain, wanted);
   const L locked = held - row.impulse_scale * row.impulse;
   // Without the bound's impulse so far.
   const L free_speed = speed - row.impulse * inverse_or_zero(inverse);

@@ -143,7 +143,7 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
       off = choose(is_less(off, zero - turn), off + (turn + turn), off);
     }
     f.is_driven = is_less(zero, a.most);
-    f.compliance = mul_add(a.compliance, a.response, system.response[i][i]);
+    f.compliance = a.compliance;
     f.aim = mul_add(a.velocity, a.approach, off);
     f.is_at_limit = f.bound = f.pull = zero;
     f.given = zero - a.limited * row.hold[i];
@@ -267,13 +267,13 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
   L hold[axis_count], drive[axis_count], more[axis_count], pull_back[axis_count];
   if constexpr (!relaxes) rows.carry_along(row, h);
   GenericSystem<L> system;
-  const L most = choose(row.rigid, splat<L>(max_pull), splat<L>(3e37f));
+  const L most = splat<L>(max_pull);
   for (int i = 0; i < axis_count; ++i) {
     const GenericAxis<L>& a = row.axes[i];
     const L pull = bounded(row.bias_rate * (rows.value[i] - a.lower), most);
     system.wanted[i] = zero - rows.velocity(i);
     if constexpr (!relaxes) system.wanted[i] = system.wanted[i] - a.locked * (rows.drift[i] + pull);
-    system.pull[i] = zero - a.locked * row.rigid * pull;  // a spring's pull stays
+    system.pull[i] = zero - a.locked * pull;
     system.inverse[i] = zero;
     for (int j = 0; j <= i; ++j) system.response[i][j] = system.response[j][i] = rows.response(i, j);
   }
@@ -284,7 +284,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
     L active = a.locked, compliance = zero;
     if constexpr (relaxes) {
       const L presses = is_less(zero, larger(row.hold[i], zero - row.hold[i]));
-      active = larger(a.locked * row.rigid, a.limited * presses);
+      active = larger(a.locked, a.limited * presses);
       if (use.reacts) {
         const RelaxingAxis<L> axis(row, i, presses, system.wanted[i]);
         active = larger(active, axis.spins), compliance = axis.compliance;

@@ -6,6 +6,7 @@
 
 #include "dynamics/ball_joint.hpp"
 #include "dynamics/integrate.hpp"
+#include "dynamics/joint_masses.hpp"
 
 namespace fathom {
 
@@ -54,9 +55,9 @@ inline Coupling make_coupling(const JointDef& def, bool swapped) {
 
 /// Everything that rows read of a joint's definition.
 struct GenericJoint : GenericJointDefinition<float> {
-  Softness softness;  ///< of locked axes
-  float rigid = 1;    ///< see GenericJointRow
-  float couples = 0;  ///< 1: it is a coupling, and only the first axis' bounds are used
+  JointSoftness softness;  ///< of locked axes, or of a coupling
+  float rigid = 1;         ///< see CouplingRow
+  float couples = 0;       ///< 1: it is a coupling, and only the first axis' bounds are used
   Coupling coupling;
 
   FATHOM_HD JointUse use() const { return {moves != 0, reacts != 0}; }
@@ -84,7 +85,8 @@ struct GenericJoint : GenericJointDefinition<float> {
 FATHOM_HD void define_coupling(const GenericJoint& joint, CouplingRow<float>& row) {
   row.coupling = joint.coupling.ends;
   row.bias_rate = joint.softness.bias_rate, row.mass_scale = joint.softness.mass_scale;
-  row.impulse_scale = joint.softness.impulse_scale, row.rigid = joint.rigid;
+  row.impulse_scale = joint.softness.impulse_scale, row.compliance = joint.softness.compliance;
+  row.rigid = joint.rigid;
   row.lower = joint.axes[0].lower, row.upper = joint.axes[0].upper, row.limited = joint.axes[0].limited;
 }
 
@@ -136,11 +138,11 @@ FATHOM_HD void forget_what_ended(const GenericJoint& joint, GenericImpulse& impu
   }
 }
 
-/// An axis for substeps of h seconds; `sign` is -1 where the bodies' roles are swapped.
-inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float h) {
+/// An axis for substeps of h seconds; `sign` is -1 where the bodies' roles are swapped. `mass` (kg or kg·m²) is what a
+/// spring by frequency moves; 0: the axis cannot move.
+inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float mass, float h) {
   GenericAxis<float> a{};
-  a.locked =
-      axis.mode == AxisMode::locked || (axis.mode == AxisMode::limited && axis.lower == axis.upper) ? 1.0f : 0.0f;
+  a.locked = axis.is_locked() ? 1.0f : 0.0f;
   a.limited = axis.mode == AxisMode::limited && a.locked == 0 ? 1.0f : 0.0f;
   if (axis.mode == AxisMode::limited) {
     a.lower = sign > 0 ? axis.lower : -axis.upper;
@@ -149,12 +151,13 @@ inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float 
   if (a.locked == 0) a.restitution = axis.restitution, a.armature = axis.armature;
   const JointDrive& drive = axis.drive;
   if (a.locked != 0 || !drive.is_on()) return a;
+  if (drive.by_frequency && !(mass > 0)) return a;
   a.target = sign * drive.position;
   a.most = drive.max_force * h;
   if (drive.by_frequency) {
     const float omega = 2 * pi * drive.stiffness, sum = fma(h, omega, 2 * drive.damping);
-    a.response = 1 / (h * omega * sum);
-    a.approach = omega / sum;
+    const JointSoftness spring = spring_softness(drive.stiffness, drive.damping, mass, h);
+    a.approach = spring.bias_rate, a.compliance = spring.compliance;
     a.velocity = sign * (2 * drive.damping / sum) * drive.velocity;
   } else if (drive.damping >= rigid_damping) {
     a.velocity = sign * drive.velocity;
@@ -167,10 +170,20 @@ inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float 
   return a;
 }
 
+/// What a joint is among its bodies.
 struct JointRole {
-  bool swapped = false;   ///< A is the definition's B
-  bool is_alone = false;  ///< for a coupling: see `alone_coupling_rate`
+  bool swapped = false;     ///< A is the definition's B
+  bool is_alone = false;    ///< for a coupling: see `alone_coupling_rate`
+  JointMasses masses = {};  ///< for springs by frequency
 };
+
+/// The axis of a joint with a frequency: what is locked becomes a spring.
+inline JointAxis softened(JointAxis axis, const JointDef& def, float h) {
+  if (!(def.hertz > 0) || !axis.is_locked()) return axis;
+  JointAxis soft;
+  soft.spring(joint_hertz(def.hertz, h), def.damping_ratio, axis.mode == AxisMode::limited ? axis.lower : 0);
+  return soft;
+}
 
 /// From a validated definition. `h` is the substep (s).
 inline GenericJoint make_generic_joint(const JointDef& def, const JointRole& role, float h, float min_hit) {
@@ -179,22 +192,24 @@ inline GenericJoint make_generic_joint(const JointDef& def, const JointRole& rol
   const auto unit = [](const Pose& frame) { return UnitQuat<float>{frame.rotation.w, frame.rotation.vector()}; };
   joint.on_a = unit(swapped ? def.frame_b : def.frame_a);
   joint.on_b = unit(swapped ? def.frame_a : def.frame_b);
-  joint.softness = joint_softness(def.hertz, def.damping_ratio, h);
-  joint.rigid = def.hertz > 0 ? 0.0f : 1.0f;
+  joint.softness = rigid_joint_softness(h);
   joint.min_hit = min_hit;
   if (def.type == JointType::coupling) {
     joint.couples = 1;
     joint.coupling = make_coupling(def, swapped);
-    if (role.is_alone && def.hertz == 0) joint.softness = {alone_coupling_rate / h, 1, 0};
-    joint.axes[0] = generic_axis(def.axis(JointAxisName::x), 1, h);
+    joint.axes[0] = generic_axis(def.axis(JointAxisName::x), 1, 0, h);
+    if (def.hertz > 0 && joint.axes[0].locked != 0)
+      joint.softness = joint_softness(def.hertz, def.damping_ratio, role.masses[0], h), joint.rigid = 0;
+    else if (role.is_alone)
+      joint.softness = {alone_coupling_rate / h, 1, 0, 0};
     return joint;
   }
   joint.distance = def.type == JointType::distance ? 1.0f : 0.0f;
   joint.cone = def.type == JointType::generic && def.cone_angle > 0 ? 1.0f : 0.0f;
-  const int used = def.type == JointType::distance ? 1 : axis_count;
-  for (int i = 0; i < used; ++i)
-    joint.axes[i] = generic_axis(def.axes[static_cast<std::size_t>(i)],
-                                 swapped && def.type != JointType::distance ? -1.0f : 1.0f, h);
+  const std::size_t used = def.type == JointType::distance ? 1 : axis_count;
+  for (std::size_t i = 0; i < used; ++i)
+    joint.axes[i] = generic_axis(softened(def.axes[i], def, h),
+                                 swapped && def.type != JointType::distance ? -1.0f : 1.0f, role.masses[i], h);
   if (joint.cone != 0) {
     GenericAxis<float>& cone = joint.axes[static_cast<int>(JointAxisName::swing_y)];
     cone = {};
@@ -211,7 +226,7 @@ inline GenericJoint make_generic_joint(const JointDef& def, const JointRole& rol
 inline JointPositions joint_axis_positions(const JointDef& def, const Pose& a, const Pose& b, bool swapped) {
   JointPositions positions{};
   if (def.type == JointType::ball) return positions;
-  const GenericJoint joint = make_generic_joint(def, {swapped, false}, 1, 0);
+  const GenericJoint joint = make_generic_joint(def, {swapped}, 1, 0);
   const auto unit = [](const Pose& pose) { return UnitQuat<float>{pose.rotation.w, pose.rotation.vector()}; };
   const Pose &first = swapped ? b : a, &second = swapped ? a : b;
   if (def.type == JointType::coupling) {

@@ -15,14 +15,13 @@ template <class L>
 struct GenericAxis {
   L locked, limited;  ///< 1 or 0
   L lower, upper;     ///< m or rad; for a locked axis both are the held position
-  /// A drive wants the velocity approach (target - x) + velocity - (compliance + response K) impulse, where K is the
-  /// change of the axis' velocity per unit impulse.
-  L target, approach, velocity, compliance, response;
+  /// A drive wants the velocity approach (target - x) + velocity - compliance · impulse.
+  L target, approach, velocity, compliance;
   L most;  ///< N·s or N·m·s; 0: no drive
   L restitution;
   L armature;  ///< kg or kg·m²
 };
-inline constexpr int axis_field_count = 12;
+inline constexpr int axis_field_count = 11;
 
 /// Where one joint was at the start of the step, and what its axes allow.
 template <class L>
@@ -58,8 +57,7 @@ struct GenericImpulseOf {
 /// State of one joint that outlasts a sweep.
 template <class L>
 struct GenericJointRow : GenericJointPlace<L> {
-  L bias_rate, mass_scale, impulse_scale;
-  L rigid;  ///< 1, or 0 where locked axes are springs
+  L bias_rate, mass_scale, impulse_scale;  ///< of locked axes
 
   L hold[axis_count];           ///< N·s or N·m·s on B over the substep, of locked axes and limits
   L drive[axis_count];          ///< the same, of drives

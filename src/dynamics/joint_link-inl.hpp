@@ -50,7 +50,7 @@ struct LinkLimits {
 };
 
 /// The joint to a link's parent.
-class LinkJoint {
+class JointLink {
  public:
   /// Impulse on the body at the joint in this substep: N·s and N·m·s.
   FATHOM_LANE_FUNCTION Vec3 force() const { return force_; }
@@ -78,7 +78,6 @@ class LinkJoint {
     relaxes_ = relaxes ? all_set : Flag{};
     released_ = relented_ = AxisNumber{};
   }
-  FATHOM_LANE_FUNCTION bool asks_for_masses() const;
   /// Chooses coordinates by the held axes, and sets the drives' impulses. Returns whether the elimination has to be
   /// repeated.
   FATHOM_LANE_FUNCTION Mask choose_coordinates(const LinkPair& pair);
@@ -134,11 +133,10 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION Mask is_at_upper(int i) const { return is_set(limits_.at_upper[i]); }
   FATHOM_LANE_FUNCTION Mask is_at_most(int i) const { return is_set(limits_.at_most[i]); }
   FATHOM_LANE_FUNCTION Mask is_at_minus(int i) const { return is_set(limits_.at_minus[i]); }
-  FATHOM_LANE_FUNCTION Real compliance(int i) const { return fma(axis(i).response, mass_[i], axis(i).compliance); }
   /// A drive without compliance, which gives whatever impulse its velocity takes.
   FATHOM_LANE_FUNCTION Mask is_rigid_drive(int i) const {
     if (!is_driven(i)) return is_set(Flag{});
-    return inverted(either(is_at_most(i), compliance(i) > 0.0f));
+    return inverted(either(is_at_most(i), axis(i).compliance > 0.0f));
   }
   FATHOM_LANE_FUNCTION Mask is_held(int i) const {
     return is_locked(i) ? is_set(all_set) : either(is_at_limit(i), is_rigid_drive(i));
@@ -195,7 +193,7 @@ class LinkJoint {
   LinkLimits limits_{};
   Vec3 force_, torque_;
   Flag relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};  // same in all lanes
-  JointVector ahead_{}, aim_{}, mass_{};  // aim_: of locked or limited axes, the position that holding them leads to
+  JointVector ahead_{}, aim_{};  // aim_: of locked or limited axes, the position that holding them leads to
   JointFreedom freedom_;
   AxisNumber axis_of_[joint_coordinates] = {};  // of a coordinate, or no_axis; for translations the same in all lanes
   JointVector scale_{};                         // the axis' rate per unit rate of the coordinate
@@ -206,7 +204,7 @@ class LinkJoint {
   Vec3 force_more_, torque_more_, force_sum_, torque_sum_;
 };
 
-FATHOM_LANE_FUNCTION void LinkJoint::begin(const GenericJointDefinition<Real>& joint, bool is_b, const LinkStart& body,
+FATHOM_LANE_FUNCTION void JointLink::begin(const GenericJointDefinition<Real>& joint, bool is_b, const LinkStart& body,
                                            const LinkStart& parent, const Vec3& anchor, const Vec3& parent_anchor,
                                            const Vec3& pull, const GenericImpulseOf<Real>& impulse) {
   *this = {};
@@ -235,17 +233,17 @@ FATHOM_LANE_FUNCTION void LinkJoint::begin(const GenericJointDefinition<Real>& j
   }
 }
 
-FATHOM_LANE_FUNCTION void LinkJoint::let_go() { force_ = torque_ = {}; }
-FATHOM_LANE_FUNCTION void LinkJoint::forget() {
+FATHOM_LANE_FUNCTION void JointLink::let_go() { force_ = torque_ = {}; }
+FATHOM_LANE_FUNCTION void JointLink::forget() {
   force_ = torque_ = force_sum_ = torque_sum_ = {};
   for (int i = 0; i < axis_count; ++i) limits_.at_limit[i] = limits_.at_most[i] = Flag{};
 }
-FATHOM_LANE_FUNCTION void LinkJoint::take_back() {
+FATHOM_LANE_FUNCTION void JointLink::take_back() {
   force_more_ = torque_more_ = {};
   is_first_round_ = all_set, knows_ahead_ = Flag{};
 }
 
-FATHOM_LANE_FUNCTION void LinkJoint::look(const LinkPair& pair) {
+FATHOM_LANE_FUNCTION void JointLink::look(const LinkPair& pair) {
   const LinkMotion &a = is_b() ? pair.parent : pair.body, &b = is_b() ? pair.body : pair.parent;
   PlacedBodies bodies{};
   bodies.a.moved = a.moved, bodies.b.moved = b.moved;
@@ -257,15 +255,9 @@ FATHOM_LANE_FUNCTION void LinkJoint::look(const LinkPair& pair) {
   reach_a_ = rows.reach(), arm_b_ = rows.arm();
 }
 
-FATHOM_LANE_FUNCTION bool LinkJoint::asks_for_masses() const {
-  bool any_does = false;
-  for (int i = 0; i < axis_count; ++i) any_does = any_does || anywhere(axis(i).response > 0.0f);
-  return any_does;
-}
-
 // --- coordinates -----------------------------------------------------------------------------------------------
 
-FATHOM_LANE_FUNCTION void LinkJoint::add_rotation(int i, Mask belongs, bool is_free, AxisNumber& count) {
+FATHOM_LANE_FUNCTION void JointLink::add_rotation(int i, Mask belongs, bool is_free, AxisNumber& count) {
   if (!anywhere(belongs)) return;
   Vec3 across = about_[i - translations];
   for (int k = 0; k < 2; ++k) {
@@ -292,14 +284,14 @@ FATHOM_LANE_FUNCTION Vec3 any_across(Vec3 a) {
   return normalize(cross(a, select(abs(a.x) < 0.5f, unit_vector(1, 0, 0), unit_vector(0, 1, 0))));
 }
 
-FATHOM_LANE_FUNCTION Real LinkJoint::drive_aim(int i) const {
+FATHOM_LANE_FUNCTION Real JointLink::drive_aim(int i) const {
   const GenericAxis<Real>& a = axis(i);
   Real off = a.target - value_[i];
   if (i == translations) off = select(off > pi, off - 2 * pi, select(off < -pi, off + 2 * pi, off));
   return fma(a.approach, off, a.velocity);
 }
 
-FATHOM_LANE_FUNCTION Mask LinkJoint::choose_coordinates(const LinkPair& pair) {
+FATHOM_LANE_FUNCTION Mask JointLink::choose_coordinates(const LinkPair& pair) {
   const JointFreedom last = freedom_;
   freedom_ = {};
   take_back();
@@ -338,7 +330,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::choose_coordinates(const LinkPair& pair) {
 
 /// Impulses of free coordinates before any change: those of their drives, and of armatures, which keep the old rates.
 /// Nothing else acts on a free coordinate, so it gives back the impulse it had before it was free.
-FATHOM_LANE_FUNCTION void LinkJoint::set_drives(const LinkPair& pair) {
+FATHOM_LANE_FUNCTION void JointLink::set_drives(const LinkPair& pair) {
   JointVector before;
   to_coordinates(freedom_, force_, torque_, before);
   for (int k = 0; k < joint_coordinates; ++k) {
@@ -350,7 +342,7 @@ FATHOM_LANE_FUNCTION void LinkJoint::set_drives(const LinkPair& pair) {
     const Real now = rate(i, pair);
     Real elastic{}, given{};  // the drive's stiffness and impulse, in the axis' direction
     if (is_driven(i)) {
-      const Real stiffness = 1.0f / compliance(i);
+      const Real stiffness = 1.0f / axis(i).compliance;
       const Mask most = is_at_most(i);
       elastic = select(most, Real{}, stiffness);
       given = select(most, select(is_at_minus(i), -axis(i).most, axis(i).most), stiffness * (drive_aim(i) - now));
@@ -372,7 +364,7 @@ FATHOM_LANE_FUNCTION void LinkJoint::set_drives(const LinkPair& pair) {
   }
 }
 
-FATHOM_LANE_FUNCTION Real LinkJoint::response_across(Vec3 axis) const {
+FATHOM_LANE_FUNCTION Real JointLink::response_across(Vec3 axis) const {
   Real sum{};
   for (int k = 0; k < 3; ++k) {
     const Real along = dot(freedom_.about[k], axis);
@@ -383,13 +375,13 @@ FATHOM_LANE_FUNCTION Real LinkJoint::response_across(Vec3 axis) const {
 
 // --- rounds ----------------------------------------------------------------------------------------------------
 
-FATHOM_LANE_FUNCTION Real LinkJoint::rate(int i, const LinkPair& pair) const {
+FATHOM_LANE_FUNCTION Real JointLink::rate(int i, const LinkPair& pair) const {
   const LinkMotion &a = is_b() ? pair.parent : pair.body, &b = is_b() ? pair.body : pair.parent;
   if (i >= translations) return dot(about_[i - translations], b.angular - a.angular);
   return dot(along_[i], (b.linear + cross(b.angular, arm_b_)) - (a.linear + cross(a.angular, reach_a_)));
 }
 
-FATHOM_LANE_FUNCTION void LinkJoint::look_ahead(const LinkPair& pair, Real h) {
+FATHOM_LANE_FUNCTION void JointLink::look_ahead(const LinkPair& pair, Real h) {
   if (everywhere(is_set(knows_ahead_))) return;
   knows_ahead_ = all_set;
   const LinkMotion &a = is_b() ? pair.parent : pair.body, &b = is_b() ? pair.body : pair.parent;
@@ -402,7 +394,7 @@ FATHOM_LANE_FUNCTION void LinkJoint::look_ahead(const LinkPair& pair, Real h) {
   }
 }
 
-FATHOM_LANE_FUNCTION Real LinkJoint::wanted_value(int i, const LinkPair& pair, Real most, Real h) const {
+FATHOM_LANE_FUNCTION Real JointLink::wanted_value(int i, const LinkPair& pair, Real most, Real h) const {
   const Real off = bound(i) - value_[i];
   if (is_limited(i)) {
     const Real now = rate(i, pair);
@@ -411,7 +403,7 @@ FATHOM_LANE_FUNCTION Real LinkJoint::wanted_value(int i, const LinkPair& pair, R
   return value_[i] + clamp(off, -most * h, most * h);
 }
 
-FATHOM_LANE_FUNCTION Real LinkJoint::closing_rate(int i, Real rate, Real gap_share, Real min_share, Real most,
+FATHOM_LANE_FUNCTION Real JointLink::closing_rate(int i, Real rate, Real gap_share, Real min_share, Real most,
                                                   Real h) const {
   Real least = min_share / h;
   if (i < translations) least = least * reach();
@@ -420,7 +412,7 @@ FATHOM_LANE_FUNCTION Real LinkJoint::closing_rate(int i, Real rate, Real gap_sha
 }
 
 /// Errors of held axes, in the order of the coordinates.
-FATHOM_LANE_FUNCTION void LinkJoint::set_errors(const JointVector& of_axes) {
+FATHOM_LANE_FUNCTION void JointLink::set_errors(const JointVector& of_axes) {
   for (int k = 0; k < joint_coordinates; ++k) {
     const Mask is_held = inverted(freedom_.has(k));
     if (!anywhere(is_held)) continue;
@@ -443,7 +435,7 @@ FATHOM_LANE_FUNCTION void LinkJoint::set_errors(const JointVector& of_axes) {
   }
 }
 
-FATHOM_LANE_FUNCTION void LinkJoint::aim_ahead(const LinkPair& pair, Real most, Real h) {
+FATHOM_LANE_FUNCTION void JointLink::aim_ahead(const LinkPair& pair, Real most, Real h) {
   JointVector errors{};
   look_ahead(pair, h);
   aims_ahead_ = all_set;
@@ -457,7 +449,7 @@ FATHOM_LANE_FUNCTION void LinkJoint::aim_ahead(const LinkPair& pair, Real most, 
   set_errors(errors);
 }
 
-FATHOM_LANE_FUNCTION Mask LinkJoint::is_aimed_within(Real share, Real h) const {
+FATHOM_LANE_FUNCTION Mask JointLink::is_aimed_within(Real share, Real h) const {
   Mask is_within = is_set(all_set);
   const Real of_arms = share * reach();
   for (int k = 0; k < joint_coordinates; ++k)
@@ -465,7 +457,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::is_aimed_within(Real share, Real h) const {
   return is_within;
 }
 
-FATHOM_LANE_FUNCTION void LinkJoint::aim_at_rest(const LinkPair& pair, Real gap_share, Real min_share, Real most,
+FATHOM_LANE_FUNCTION void JointLink::aim_at_rest(const LinkPair& pair, Real gap_share, Real min_share, Real most,
                                                  Real h) {
   JointVector errors{};
   aims_ahead_ = Flag{};
@@ -488,7 +480,7 @@ FATHOM_LANE_FUNCTION void LinkJoint::aim_at_rest(const LinkPair& pair, Real gap_
   set_errors(errors);
 }
 
-FATHOM_LANE_FUNCTION TreeLoad LinkJoint::hand_on(const TreeLoad& load, bool is_aimed) {
+FATHOM_LANE_FUNCTION TreeLoad JointLink::hand_on(const TreeLoad& load, bool is_aimed) {
   const JointVector nothing{}, &drive = drive_, &error = error_;
   // Drives act in the first round.
   const bool drives = is_aimed && everywhere(is_set(is_first_round_));
@@ -497,7 +489,7 @@ FATHOM_LANE_FUNCTION TreeLoad LinkJoint::hand_on(const TreeLoad& load, bool is_a
   return handed_on(link_, freedom_, load_, is_aimed ? error : nothing);
 }
 
-FATHOM_LANE_FUNCTION TreeChange LinkJoint::follow(const TreeChange& parent, bool is_aimed, Mask counts) {
+FATHOM_LANE_FUNCTION TreeChange JointLink::follow(const TreeChange& parent, bool is_aimed, Mask counts) {
   const JointVector nothing{}, &error = error_;
   JointVector of_parent, change, impulse;
   knows_ahead_ = Flag{};
@@ -513,7 +505,7 @@ FATHOM_LANE_FUNCTION TreeChange LinkJoint::follow(const TreeChange& parent, bool
 
 // --- what rounds have found ------------------------------------------------------------------------------------
 
-FATHOM_LANE_FUNCTION LinkJoint::OfAxis LinkJoint::part_of(int i, const Vec3& force, const Vec3& torque) const {
+FATHOM_LANE_FUNCTION JointLink::OfAxis JointLink::part_of(int i, const Vec3& force, const Vec3& torque) const {
   if (i < translations) return {axis_of_[i] == i, sign() * dot(freedom_.along[i], force) / scale_[i]};
   OfAxis found{is_set(Flag{}), Real{}};
   for (int k = 0; k < translations; ++k) {
@@ -525,7 +517,7 @@ FATHOM_LANE_FUNCTION LinkJoint::OfAxis LinkJoint::part_of(int i, const Vec3& for
   return found;
 }
 
-FATHOM_LANE_FUNCTION Mask LinkJoint::revise_limit(int i, Mask asks, Real ahead, Real given, Real after) {
+FATHOM_LANE_FUNCTION Mask JointLink::revise_limit(int i, Mask asks, Real ahead, Real given, Real after) {
   const GenericAxis<Real>& a = axis(i);
   const Mask was_at_limit = is_at_limit(i), was_at_upper = is_at_upper(i);
   // An axis that returns from beyond its limit by itself, as fast as the limit would move it, is left alone.
@@ -536,7 +528,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::revise_limit(int i, Mask asks, Real ahead, 
   Real drive{};
   if (is_driven(i)) {
     const Real push = drive_aim(i) - after;
-    drive = select(compliance(i) > 0.0f, clamp(push / compliance(i), -a.most, a.most),
+    drive = select(axis(i).compliance > 0.0f, clamp(push / axis(i).compliance, -a.most, a.most),
                    select(push < 0.0f, -a.most, a.most));
   }
   const Real held = given - drive - of_armature(i, after);
@@ -556,27 +548,27 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::revise_limit(int i, Mask asks, Real ahead, 
   return either(hits, leaves);
 }
 
-FATHOM_LANE_FUNCTION void LinkJoint::note_hit(int i, Mask hits) {
+FATHOM_LANE_FUNCTION void JointLink::note_hit(int i, Mask hits) {
   if (!reacts()) return;
   const Real speed = select(is_at_upper(i), rate_[i], -rate_[i]);
   const Real bounce = select(speed > row_.min_hit, -axis(i).restitution * rate_[i], Real{});
   limits_.bounce[i] = select(hits, bounce, limits_.bounce[i]);
 }
 
-FATHOM_LANE_FUNCTION Mask LinkJoint::revise_drive(int i, Mask asks, Real given, Real after) {
+FATHOM_LANE_FUNCTION Mask JointLink::revise_drive(int i, Mask asks, Real given, Real after) {
   const Real most = axis(i).most;
   const Mask was_at_most = is_at_most(i);
   const Mask exceeds = both(asks, inverted(either(was_at_most, abs(given) <= (1 + drive_slack) * most)));
   const Real short_by = select(is_at_minus(i), after - drive_aim(i), drive_aim(i) - after);
   const Mask may_relent = both(both(asks, was_at_most), inverted(has_bit(relented_, i)));
-  const Mask suffices = both(may_relent, inverted(short_by >= (1 - drive_slack) * most * compliance(i)));
+  const Mask suffices = both(may_relent, inverted(short_by >= (1 - drive_slack) * most * axis(i).compliance));
   set_bit(relented_, i, suffices);
   limits_.at_minus[i] = select(exceeds, flag(given < 0.0f), limits_.at_minus[i]);
   limits_.at_most[i] = flag(both(either(was_at_most, exceeds), inverted(suffices)));
   return either(exceeds, suffices);
 }
 
-FATHOM_LANE_FUNCTION Mask LinkJoint::revise(const LinkPair& pair, Real h, Mask asks) {
+FATHOM_LANE_FUNCTION Mask JointLink::revise(const LinkPair& pair, Real h, Mask asks) {
   Mask changes = is_set(Flag{});
   if (!everywhere(is_set(moves_))) return changes;
   const bool looks_ahead = everywhere(is_set(aims_ahead_));
@@ -602,7 +594,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::revise(const LinkPair& pair, Real h, Mask a
   return changes;
 }
 
-FATHOM_LANE_FUNCTION Mask LinkJoint::meets(const LinkPair& pair, Real share, Real h) {
+FATHOM_LANE_FUNCTION Mask JointLink::meets(const LinkPair& pair, Real share, Real h) {
   look_ahead(pair, h);
   Mask do_meet = is_set(all_set);
   const Real of_arms = share * reach();
@@ -614,7 +606,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::meets(const LinkPair& pair, Real share, Rea
   return do_meet;
 }
 
-FATHOM_LANE_FUNCTION void LinkJoint::apply(const LinkPair& pair, bool ends) {
+FATHOM_LANE_FUNCTION void JointLink::apply(const LinkPair& pair, bool ends) {
   force_ += force_more_, torque_ += torque_more_;
   for (int i = 0; reacts() && i < axis_count; ++i) rate_[i] = rate(i, pair);
   if (!ends) return;
@@ -622,7 +614,7 @@ FATHOM_LANE_FUNCTION void LinkJoint::apply(const LinkPair& pair, bool ends) {
   for (Real& bounce : limits_.bounce) bounce = Real{};
 }
 
-FATHOM_LANE_FUNCTION GenericImpulseOf<Real> LinkJoint::impulse() const {
+FATHOM_LANE_FUNCTION GenericImpulseOf<Real> JointLink::impulse() const {
   GenericImpulseOf<Real> impulse;
   for (int i = 0; i < axis_count; ++i) {
     const OfAxis of_axis = part_of(i, force_, torque_);

@@ -29,7 +29,6 @@ enum class LinkPass { aimed, closing, probing };
 ///     set_velocity(i, link, linear, angular);  add_velocity(i, link, linear, angular)
 ///     response(i, link): inverse inertia in the axes of the spin
 ///     push_out_velocity(): Real;  limits(h): its members are compared with Reals
-///     look_at_masses(i, link, joint, h): `JointLink::look_at_masses`, where joints ask for that
 template <class Access>
 struct LinkSolver {
   static constexpr std::uint32_t none = MechanismLink::none;
@@ -152,7 +151,7 @@ struct LinkSolver {
         tree_inertia(s.mass, is_isotropic ? diagonal(s.inertia.xx)
                                           : to_matrix(rotated(rotation_matrix(product(turned, s.start)), s.inertia)));
   }
-  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void turn_joint(std::uint32_t i, Real h, bool relaxes) const {
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void turn_joint(std::uint32_t i, bool relaxes) const {
     LinkState& s = state(i);
     if (relaxes) s.is_eliminated = Flag{};
     if (links[i].joint == none) return;
@@ -161,7 +160,6 @@ struct LinkSolver {
       // Before positions move, the joint is still where the last substep left it.
       if (relaxes) joint.look(pair_of(i));
       joint.begin_solution(relaxes);
-      if (joint.asks_for_masses()) access.look_at_masses(i, links[i], joint, h);
       choose_coordinates(i);
       s.arm = joint.arm(), s.parent_arm = joint.parent_arm();
       return;

@@ -18,29 +18,9 @@
 
 namespace fathom {
 
-/// The two bodies of a link's joint. If the link hangs on an obstacle, that side moves like `obstacle`.
-template <class Access>
-FATHOM_HD JointBodies<SymMat3> bodies_of(const Access& access, const MechanismLink& link, const LinkMotion& obstacle) {
-  const auto j = access.joint(link.joint);
-  const auto side = [&](std::uint32_t slot) {
-    using BodySide = typename JointBodies<SymMat3>::Side;
-    if (slot != link.body && link.parent == MechanismLink::none)
-      return BodySide{obstacle.linear, obstacle.angular, obstacle.moved, obstacle.turned, 0, 0, {}};
-    const SolverBody body = access.solver_body(slot);
-    return BodySide{body.linear,
-                    body.angular,
-                    body.moved,
-                    body.turned,
-                    body.inverse_mass,
-                    body.inverse_inertia,
-                    access.response_of(slot)};
-  };
-  return {side(j.a), side(j.b)};
-}
-
 /// Solves mechanisms of the bodies and joints that `Access` knows. Besides what LinkSolver requires, it provides
 ///
-///     solver_body(slot): SolverBody; response_of(slot): inverse inertia in the axes of the spin
+///     solver_body(slot): SolverBody
 ///     is_isotropic(slot), inverse_mass(slot), inertia(slot): its own, without the inertia added for loads; pose(slot)
 ///     swing(link): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic_joint(j), generic_impulse(j)
@@ -116,7 +96,7 @@ class MechanismSolver : public LinkSolver<Access> {
   /// Before positions move (`soft`) or after, for bodies and obstacles at their current positions.
   template <bool soft>
   FATHOM_HD void solve(const Mechanism& m, float h) const {
-    turn_all(m, h, !soft);
+    turn_all(m, !soft);
     const bool looks_ahead = soft && all(m, [&](std::uint32_t i) { return this->turns_slowly(i, h); });
     if (soft && !looks_ahead) start_anew(m, h);
     bool follows = solve_with_limits<soft>(m, h, looks_ahead);
@@ -200,7 +180,7 @@ class MechanismSolver : public LinkSolver<Access> {
       each(m, [&](std::uint32_t i) { this->give_carried(i, -1); });
     each(m, [&](std::uint32_t i) { this->let_go(i); });
     let_closures_go(m);
-    turn_all(m, h, false);
+    turn_all(m, false);
   }
   FATHOM_HD void forget(const Mechanism& m) const {
     each(m, [&](std::uint32_t i) { forget_link(i); });
@@ -270,9 +250,9 @@ class MechanismSolver : public LinkSolver<Access> {
     return !all(m, [&](std::uint32_t i) { return !Base::revise(i, h, true); });
   }
 
-  FATHOM_HD void turn_all(const Mechanism& m, float h, bool relaxes) const {
+  FATHOM_HD void turn_all(const Mechanism& m, bool relaxes) const {
     each(m, [&](std::uint32_t i) { this->turn(i); });
-    each(m, [&](std::uint32_t i) { this->turn_joint(i, h, relaxes); });
+    each(m, [&](std::uint32_t i) { this->turn_joint(i, relaxes); });
   }
   /// Discards a solution, to start again with other limits.
   FATHOM_HD void take_back(const Mechanism& m) const {

@@ -41,6 +41,7 @@ enum JointField : int {
   joint_impulse_scale,
   joint_rigid,
   joint_most,
+  joint_compliance,
   joint_field_count
 };
 static_assert(static_cast<int>(joint_field_count) <= static_cast<int>(inertia_a));
@@ -51,7 +52,7 @@ HWY_INLINE BallJointRow<V> load_joint(const Block<D>& block) {
           block.get3(joint_impulse),   block.get3(joint_total),        block.get3(joint_moment_a),
           block.get3(joint_moment_b),  block.get3(joint_pull),         block.get(joint_bias_rate),
           block.get(joint_mass_scale), block.get(joint_impulse_scale), block.get(joint_rigid),
-          block.get(joint_most)};
+          block.get(joint_most),       block.get(joint_compliance)};
 }
 
 /// Stores what sweeps change.
@@ -116,7 +117,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
   h.kind = ConstraintKind::ball_joint;
   h.fixed_a = h.still_a = h.isotropic = true;
   LaneVec3<D> anchor_a, anchor_b, between, impulse, pull, vector_a, vector_b;
-  HWY_ALIGN float w_a[width], w_b[width], softness[5][width] = {};
+  HWY_ALIGN float w_a[width], w_b[width], softness[6][width] = {};
   for (std::size_t lane = 0; lane < width; ++lane) {
     block.a()[lane] = block.b()[lane] = block.manifold()[lane] = none;
     w_a[lane] = w_b[lane] = 1;
@@ -140,6 +141,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
     softness[2][lane] = joint.softness.impulse_scale;
     softness[3][lane] = joint.rigid ? 1.0f : 0.0f;
     softness[4][lane] = joint.max_impulse;
+    softness[5][lane] = joint.softness.compliance;
     load_joint_bodies(block, lane, joint, view);
     h.lanes = static_cast<std::uint8_t>(++lane);
   }
@@ -152,7 +154,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
   block.set3(joint_arm_a, row.arm_a), block.set3(joint_arm_b, row.arm_b), block.set3(joint_gap, row.gap);
   store_joint(block, row);
   block.set3(joint_pull, pull.lanes());
-  for (int k = 0; k < 5; ++k) block.set(joint_bias_rate + k, hn::Load(d, softness[k]));
+  for (int k = 0; k < 6; ++k) block.set(joint_bias_rate + k, hn::Load(d, softness[k]));
 }
 
 /// Zeroes the impulses of lanes whose bit is not set.

@@ -158,7 +158,7 @@ class ContactGraph {
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
   const GenericJoint& generic_joint(std::uint32_t slot) const { return generic_joints_[slot]; }
   /// Changes whenever mechanisms must be found again: a joint becomes rigid or soft, or an axis starts or stops being
-  /// locked, limited, driven, armed or springy.
+  /// locked, limited, driven or armed.
   std::uint64_t joint_definitions() const { return joint_definitions_; }
   bool is_driven(std::uint32_t slot) const {
     return joints_[slot].kind == ConstraintKind::generic_joint && generic_joints_[slot].is_driven();

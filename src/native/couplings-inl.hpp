@@ -24,7 +24,7 @@ namespace fathom::native::HWY_NAMESPACE {
 /// Fields of a block of couplings, starting where those of generic joints do. A row's members are in their order.
 enum CouplingField : int {
   coupling_start = surface_field_count,
-  coupling_written = coupling_start + 8 + 12 + 4 + 2 * coupled_field_count + 1 + 4 + 3,
+  coupling_written = coupling_start + 8 + 12 + 4 + 2 * coupled_field_count + 1 + 5 + 3,
   coupling_forces = coupling_written + 1 + 4 + 12,
   coupling_field_count = coupling_forces + 6
 };
@@ -50,6 +50,7 @@ HWY_INLINE void visit_read(Row& row, const Visit& visit) {
   visit_end(row.coupling.a), visit_end(row.coupling.b);
   visit(row.coupling.tells_a);
   visit(row.bias_rate), visit(row.mass_scale), visit(row.impulse_scale), visit(row.rigid);
+  visit(row.compliance);
   visit(row.lower), visit(row.upper), visit(row.limited);
 }
 

@@ -35,7 +35,6 @@ enum GenericField : int {
   generic_bias_rate = generic_pull + 3,
   generic_mass_scale,
   generic_impulse_scale,
-  generic_rigid,
   generic_distance,
   generic_cone,
   generic_min_hit,
@@ -58,9 +57,9 @@ enum GenericField : int {
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE GenericAxis<V> load_axis(const Block<D>& block, int axis) {
   const int first = generic_axes + axis * axis_field_count;
-  return {block.get(first),     block.get(first + 1), block.get(first + 2),  block.get(first + 3),
-          block.get(first + 4), block.get(first + 5), block.get(first + 6),  block.get(first + 7),
-          block.get(first + 8), block.get(first + 9), block.get(first + 10), block.get(first + 11)};
+  return {block.get(first),     block.get(first + 1), block.get(first + 2), block.get(first + 3),
+          block.get(first + 4), block.get(first + 5), block.get(first + 6), block.get(first + 7),
+          block.get(first + 8), block.get(first + 9), block.get(first + 10)};
 }
 
 template <class D, class V = hn::Vec<D>>
@@ -71,7 +70,7 @@ HWY_INLINE void load_generic_joint(const Block<D>& block, GenericJointRow<V>& ro
   row.gap = block.get3(generic_gap), row.pull = block.get3(generic_pull);
   row.bias_rate = block.get(generic_bias_rate), row.mass_scale = block.get(generic_mass_scale);
   row.impulse_scale = block.get(generic_impulse_scale);
-  row.rigid = block.get(generic_rigid), row.distance = block.get(generic_distance), row.cone = block.get(generic_cone);
+  row.distance = block.get(generic_distance), row.cone = block.get(generic_cone);
   for (int i = 0; i < axis_count; ++i) {
     row.axes[i] = load_axis(block, i);
     row.hold[i] = block.get(generic_hold + i), row.drive[i] = block.get(generic_drive + i);
@@ -125,10 +124,10 @@ HWY_NOINLINE void write_generic_lane(const Block<D>& block, std::size_t lane, co
   write(row.frame_a), write(row.frame_b);
   write(row.arm_a), write(row.arm_b), write(row.gap), write(row.pull);
   write(joint.softness.bias_rate), write(joint.softness.mass_scale), write(joint.softness.impulse_scale);
-  write(joint.rigid), write(joint.distance), write(joint.cone), write(joint.min_hit);
+  write(joint.distance), write(joint.cone), write(joint.min_hit);
   for (const fathom::GenericAxis<float>& a : joint.axes) {
     write(a.locked), write(a.limited), write(a.lower), write(a.upper), write(a.target);
-    write(a.approach), write(a.velocity), write(a.compliance), write(a.response), write(a.most);
+    write(a.approach), write(a.velocity), write(a.compliance), write(a.most);
     write(a.restitution), write(a.armature);
   }
   for (const float hold : impulse.hold) write(hold);

@@ -14,7 +14,7 @@ bool is_alike(const GenericJoint& a, const GenericJoint& b) {
   for (int i = 0; i < axis_count; ++i) {
     const GenericAxis<float>&x = a.axes[i], &y = b.axes[i];
     if (x.locked != y.locked || x.limited != y.limited || (x.most > 0) != (y.most > 0) ||
-        (x.armature > 0) != (y.armature > 0) || (x.response > 0) != (y.response > 0))
+        (x.armature > 0) != (y.armature > 0))
       return false;
   }
   return a.distance == b.distance && a.cone == b.cone && a.moves == b.moves && a.reacts == b.reacts;

@@ -18,7 +18,7 @@ static Joint joint_of(const JointInfo& info, float h) {
           info.b,
           info.anchor_a,
           info.anchor_b,
-          joint_softness(def.hertz, def.damping_ratio, h),
+          joint_softness(def.hertz, def.damping_ratio, info.masses[0], h),
           max_impulse(def.hertz, def.max_force, h),
           max_start(info.swing_rate, h),
           no_colour,
@@ -32,7 +32,7 @@ void NativeSimulator::define_joint(std::uint32_t slot, std::uint32_t ignoring) {
   const JointInfo& info = joints[slot];
   if (info.def.type == JointType::ball) return;
   graph_.define_joint(
-      slot, make_generic_joint(info.def, {info.swapped, joints.is_alone(slot, ignoring)},
+      slot, make_generic_joint(info.def, {info.swapped, joints.is_alone(slot, ignoring), info.masses},
                                def.dt / static_cast<float>(def.solver.substeps), def.solver.restitution_threshold));
 }
 

@@ -35,8 +35,6 @@ struct PlacedBodies {
 // Its dependencies are included above.
 #include "dynamics/joint_link-inl.hpp"
 
-using JointLink = LinkJoint;
-
 /// Like JointImpulse.
 struct BallImpulse {
   Vec3 last, total;
@@ -195,8 +193,6 @@ struct LaneAccess {
   }
   Real push_out_velocity() const { return eight(push_out); }
   Limits limits(Real) const { return {eight(speed_limits.linear), eight(speed_limits.angular)}; }
-  // No joint in lanes needs this.
-  void look_at_masses(std::uint32_t, const MechanismLink&, wide::JointLink&, Real) const {}
 
  private:
   std::uint32_t slot(std::uint32_t i, int lane) const {
@@ -222,7 +218,7 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
 
   void turn_all(bool relaxes) const {
     each([&](std::uint32_t i) { turn(i); });
-    each([&](std::uint32_t i) { turn_joint(i, h, relaxes); });
+    each([&](std::uint32_t i) { turn_joint(i, relaxes); });
   }
   void take_back() const {
     each([&](std::uint32_t i) { turn(i); });

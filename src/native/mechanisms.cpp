@@ -46,13 +46,9 @@ struct Mechanisms::Access {
   float radius(std::uint32_t i) const { return bodies[i].radius; }
   const SymMat3& inertia(std::uint32_t i) const { return bodies[i].inertia; }
   const Pose& pose(std::uint32_t i) const { return body_state.poses[i]; }
-  SymMat3 response(std::uint32_t /*i*/, const MechanismLink& link) const { return response_of(link.body); }
-  SymMat3 response_of(std::uint32_t slot) const {
-    const SolverBody& body = solver_bodies[slot];
-    return world_inertia<SymMat3>(body_state.inertia.data(), slot, body.inverse_mass, body.inverse_inertia);
-  }
-  void look_at_masses(std::uint32_t i, const MechanismLink& link, JointLink& joint, float h) const {
-    joint.look_at_masses(bodies_of(*this, link, states[i].obstacle), h);
+  SymMat3 response(std::uint32_t /*i*/, const MechanismLink& link) const {
+    const SolverBody& body = solver_bodies[link.body];
+    return world_inertia<SymMat3>(body_state.inertia.data(), link.body, body.inverse_mass, body.inverse_inertia);
   }
   Vec3 swing(const MechanismLink& link) const { return body_state.swing(link.body); }
   Ends joint(std::uint32_t j) const {
@@ -266,7 +262,6 @@ std::vector<std::uint32_t> Mechanisms::shape_of(const Mechanism& m) const {
       const GenericJoint& joint = graph_.generic_joint(link.joint);
       add(joint.distance != 0), add(joint.cone != 0), add(joint.moves != 0), add(joint.reacts != 0);
       for (const GenericAxis<float>& axis : joint.axes) {
-        if (axis.response > 0) return {};
         add(axis.locked != 0), add(axis.limited != 0), add(axis.most > 0), add(axis.armature > 0);
       }
     }

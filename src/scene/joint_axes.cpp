@@ -113,7 +113,7 @@ void read_bounds(const TomlTable& table, std::string_view what, JointAxis& axis,
 }
 
 void check_can_move(const TomlTable& table, const toml::node& at, std::string_view what, const JointAxis& axis) {
-  if (is_locked(axis))
+  if (axis.is_locked())
     table.fail(at, std::string(what) + " is locked and cannot be driven; give it mode = \"free\", or bounds apart");
 }
 

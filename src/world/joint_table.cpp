@@ -25,6 +25,10 @@ JointInfo make_info(const JointDef& def, const BodyTable& bodies) {
   info.fixed_a = bodies[info.a].motion != MotionType::dynamic;
   info.swing_rate = max(swing_rate(info.anchor_a, bodies[info.a].inverse_inertia),
                         swing_rate(info.anchor_b, bodies[info.b].inverse_inertia));
+  const auto mass = [&](const Pose& frame, BodyId id) {
+    return JointedMass{frame, bodies[id.index].inverse_mass, bodies[id.index].inverse_inertia};
+  };
+  info.masses = joint_masses_of(def, mass(def.frame_a, def.a), mass(def.frame_b, def.b));
   return info;
 }
 

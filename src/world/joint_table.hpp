@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "dynamics/joint_masses.hpp"
 #include "world/body_table.hpp"
 
 namespace fathom {
@@ -18,6 +19,7 @@ struct JointInfo {
   std::uint32_t a = 0xffffffffu, b = 0xffffffffu;  ///< slots
   Vec3 anchor_a, anchor_b;                         ///< m, body axes
   float swing_rate = 0;                            ///< the larger of the two bodies' (dynamics/ball_joint.hpp)
+  JointMasses masses{};                            ///< for springs by frequency
   bool swapped = false;                            ///< A is the definition's B
   bool fixed_a = false;                            ///< A is fixed or kinematic
   JointDef def;

@@ -222,10 +222,6 @@ void check_joint(const JointDef& def, const char* action) {
   }
 }
 
-bool is_locked(const JointAxis& axis) {
-  return axis.mode == AxisMode::locked || (axis.mode == AxisMode::limited && axis.lower == axis.upper);
-}
-
 const char* restitution_fault(const JointAxis& axis) {
   if (axis.restitution > 1) return "the restitution must be at most 1";
   if (axis.restitution > 0 && axis.mode != AxisMode::limited)
@@ -234,7 +230,7 @@ const char* restitution_fault(const JointAxis& axis) {
 }
 
 const char* armature_fault(const JointAxis& axis) {
-  return axis.armature > 0 && is_locked(axis) ? "an axis that is locked has no armature; leave it 0" : nullptr;
+  return axis.armature > 0 && axis.is_locked() ? "an axis that is locked has no armature; leave it 0" : nullptr;
 }
 
 void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& axis, const char* action) {

@@ -11,7 +11,6 @@ void check_shape(const Shape& shape, const char* action);
 /// Checks everything except that its bodies exist and one of them is dynamic.
 void check_joint(const JointDef& def, const char* action = "add joint");
 void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& axis, const char* action);
-FATHOM_COMPONENT_API bool is_locked(const JointAxis& axis);
 /// Why the axis cannot have this restitution or armature in its mode; null if it can.
 FATHOM_COMPONENT_API const char* restitution_fault(const JointAxis& axis);
 FATHOM_COMPONENT_API const char* armature_fault(const JointAxis& axis);
