@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
 #include <fathom/compound.hpp>
 #include <fathom/error.hpp>
 #include <fathom/mesh.hpp>
@@ -9,6 +11,7 @@
 
 #include "random.hpp"
 #include "test_surfaces.hpp"
+#include "world/sealed_bytes.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom::test::saved_shape_test {
@@ -72,6 +75,57 @@ TEST(SavedShape, OtherBytesAreRefused) {
   EXPECT_THAT(refusal(altered), HasSubstr("it has format version 77, this build reads version 3"));
   EXPECT_THAT(refusal(saved(World())), HasSubstr("shape: this is no saved shape"));
   EXPECT_THROW(save_shape(sphere(-1), bytes), Error);
+}
+
+/// Whether walks around all faces and vertices come back after as many edges as there are at most.
+bool walks_end(const Hull& hull) {
+  const auto edges = hull.edges();
+  const auto ends = [&](std::size_t from, const auto& next) {
+    std::size_t edge = from;
+    for (std::size_t steps = 0; steps < edges.size(); ++steps)
+      if ((edge = next(edge)) == from) return true;
+    return false;
+  };
+  bool all = true;
+  for (const std::uint16_t edge : hull.face_edges()) all &= ends(edge, [&](std::size_t e) { return edges[e].next; });
+  for (const std::uint16_t edge : hull.vertex_edges())
+    all &= ends(edge, [&](std::size_t e) { return edges[e ^ 1].next; });
+  return all;
+}
+
+// The checksum is right: somebody meant it.
+TEST(SavedShape, HullsWhoseEdgesLeadAstrayAreRefused) {
+  std::vector<std::byte> good;
+  save_shape(cylinder(0.3f, 0.5f, 7), good);
+  int refused = 0;
+  for (std::size_t at = 32; at < good.size(); ++at) {
+    for (const int flipped : {1, 6, 128}) {
+      std::vector<std::byte> bytes = good;
+      bytes[at] ^= static_cast<std::byte>(flipped);
+      seal(bytes);
+      try {
+        EXPECT_TRUE(walks_end(*load_shape(bytes).hull)) << at;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::file);
+        ++refused;
+      }
+    }
+  }
+  EXPECT_GT(refused, 300);
+}
+
+TEST(SavedShape, SizesThatNoShapeCouldHaveAreRefused) {
+  for (Shape shape : {sphere(0.3f), capsule(0.2f, 0.4f), box({0.3f, 0.2f, 0.1f})}) {
+    std::vector<std::byte> good;
+    save_shape(shape, good);
+    for (const float size : {-1.0f, 0.0f, std::nanf("")}) {
+      std::vector<std::byte> bytes = good;
+      // After the type: the radius, then half extents.
+      std::memcpy(bytes.data() + 33 + (shape.type == ShapeType::box ? 4 : 0), &size, sizeof size);
+      seal(bytes);
+      EXPECT_THAT(refusal(bytes), HasSubstr("it must be finite"));
+    }
+  }
 }
 
 }  // namespace

@@ -98,6 +98,15 @@ class ByteReader {
   void require(bool sound) const {
     if (!sound) fail("its content contradicts itself; it was altered or written by a faulty program");
   }
+  /// Makes a check of the application's arguments one of the bytes.
+  template <class Check>
+  void require_valid(const Check& check) const {
+    try {
+      check();
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+  }
 
  private:
   void get(bool& value) {

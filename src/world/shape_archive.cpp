@@ -21,12 +21,10 @@ Aabb bounds_of(const Triangle& t) {
 /// Refuses a material that no body could have.
 void read_material(ByteReader& in, Material& material) {
   archive_material(in, material);
-  try {
-    check_material(material, "material");
-  } catch (const Error& error) {
-    in.fail(error.what());
-  }
+  in.require_valid([&] { check_material(material, "material"); });
 }
+
+bool is_positive(float value) { return value > 0 && is_finite(value); }
 
 }  // namespace
 
@@ -39,14 +37,36 @@ std::shared_ptr<const Hull> HullArchive::read(ByteReader& in) {
   auto hull = std::make_shared<Hull>();
   in(hull->vertices_, hull->edges_, hull->planes_, hull->face_edges_, hull->radius_, hull->offset_, hull->volume_,
      hull->unit_inertia_, hull->outer_radius_, hull->inner_radius_);
-  in.require(hull->radius_ >= 0 && is_finite(hull->radius_));
-  const std::size_t vertices = hull->vertices_.size(), edges = hull->edges_.size(), faces = hull->planes_.size();
-  in.require(vertices >= 4 && faces >= 4 && hull->face_edges_.size() == faces && edges % 2 == 0);
-  for (const Hull::HalfEdge& edge : hull->edges_)
-    in.require(edge.next < edges && edge.origin < vertices && edge.face < faces);
-  for (const std::uint16_t edge : hull->face_edges_) in.require(edge < edges);
+  check_sizes(in, *hull);
+  check_edges(in, *hull);
   hull->arrange();
   return hull;
+}
+
+void HullArchive::check_sizes(ByteReader& in, const Hull& hull) {
+  in.require(hull.radius_ >= 0 && is_finite(hull.radius_) && is_finite(hull.offset_));
+  for (const float size : {hull.volume_, hull.outer_radius_, hull.inner_radius_}) in.require(is_positive(size));
+  for (const Vec3 v : hull.vertices_) in.require(is_finite(v));
+  for (const Hull::Plane& plane : hull.planes_)
+    in.require(abs(length_squared(plane.normal) - 1) < 1e-3f && is_finite(plane.offset));
+}
+
+/// Walks along edges must end: around a face and around a vertex they come back to where they began. They do if every
+/// edge follows one other, of the same face, and starts where that one's twin does.
+void HullArchive::check_edges(ByteReader& in, const Hull& hull) {
+  const std::size_t vertices = hull.vertices_.size(), edges = hull.edges_.size(), faces = hull.planes_.size();
+  in.require(vertices >= 4 && faces >= 4 && hull.face_edges_.size() == faces && edges % 2 == 0);
+  std::vector<bool> follows(edges), has_edge(vertices);
+  for (std::size_t e = 0; e < edges; ++e) {
+    const Hull::HalfEdge& edge = hull.edges_[e];
+    in.require(edge.next < edges && edge.origin < vertices && edge.face < faces && !follows[edge.next]);
+    const Hull::HalfEdge& next = hull.edges_[edge.next];
+    in.require(next.face == edge.face && next.origin == hull.edges_[e ^ 1].origin);
+    follows[edge.next] = has_edge[edge.origin] = true;
+  }
+  for (std::size_t v = 0; v < vertices; ++v) in.require(has_edge[v]);
+  for (std::size_t f = 0; f < faces; ++f)
+    in.require(hull.face_edges_[f] < edges && hull.edges_[hull.face_edges_[f]].face == f);
 }
 
 void SurfaceArchive::write(ByteWriter& out, ShapeType type, const Surface& surface) {
@@ -218,6 +238,8 @@ Shape ShapeReader::read() {
   Shape shape;
   in_(shape.type, shape.radius, shape.half_extents);
   in_.require(shape.type <= ShapeType::compound);
+  // The others are not there yet.
+  if (shape.type <= ShapeType::box) in_.require_valid([&] { check_shape(shape, "shape"); });
   if (shape.type == ShapeType::hull) {
     const auto index = in_.read<std::uint32_t>();
     in_.require(index <= hulls_.size());

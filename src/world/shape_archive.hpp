@@ -16,6 +16,10 @@ namespace fathom {
 struct HullArchive {
   static void write(ByteWriter& out, const Hull& hull);
   static std::shared_ptr<const Hull> read(ByteReader& in);
+
+ private:
+  static void check_sizes(ByteReader& in, const Hull& hull);
+  static void check_edges(ByteReader& in, const Hull& hull);
 };
 
 /// Meshes and height fields: rebuilding a mesh from its triangles would reorder them. Reading checks everything that

@@ -47,11 +47,7 @@ void World::restore(std::span<const std::byte> bytes) {
   WorldDef def = simulator_->def;
   archive_definition(in, def);
   in.require(def.simulator <= SimulatorKind::hybrid);
-  try {
-    check_world(def);
-  } catch (const Error& error) {
-    in.fail(error.what());
-  }
+  in.require_valid([&] { check_world(def); });
   std::unique_ptr<Simulator> fresh = make_simulator(def);
   in(fresh->steps);
   fresh->profile.step = fresh->steps;

@@ -115,6 +115,7 @@ void check_shape(const Shape& shape, const char* action) {
       require_positive(shape.radius, action, "the capsule's radius");
       return require_not_negative(shape.half_extents.z, action, "the capsule's half length");
     case ShapeType::box:
+      check_finite(shape.half_extents, action, "the box's half extents");
       return require_positive(min_component(shape.half_extents), action, "the box's smallest half extent");
     case ShapeType::hull:
       if (!shape.hull)
