@@ -2,8 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
+#include <limits>
+
 #include "random.hpp"
 #include "scene/environments.hpp"
+#include "world/sealed_bytes.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom::test::snapshot_test {
@@ -314,6 +319,45 @@ TEST(Snapshot, TruncatedAndAlteredBytesAreRefusedAndChangeNothing) {
   EXPECT_EQ(world.state_hash(), before);
   EXPECT_EQ(world.body_count(), 1u);
   run(world, 3);
+}
+
+/// The snapshot with the right checksum, but with the `number`-th word that is `from` replaced by `to`; empty if there
+/// are not so many.
+std::vector<std::byte> altered(std::vector<std::byte> bytes, float from, float to, int number) {
+  for (std::size_t at = 32; at + sizeof from <= bytes.size(); ++at) {
+    if (std::memcmp(bytes.data() + at, &from, sizeof from) != 0 || number-- > 0) continue;
+    std::memcpy(bytes.data() + at, &to, sizeof to);
+    seal(bytes);
+    return bytes;
+  }
+  return {};
+}
+
+// Sizes so large that what follows from them is not finite are not refused. The body is quarantined, and the step ends.
+TEST(Snapshot, NumbersOutOfRangeAreRefusedOrQuarantined) {
+  constexpr float x = 0.1234567f, extent = 0.2345678f;
+  World small(quiet_world());
+  small.add(ground());
+  for (int i = 0; i < 4; ++i)
+    small.add(dynamic(cylinder(0.3f, extent, 5), {x, 0, 0.4f + 0.9f * static_cast<float>(i)}));
+  run(small, 40);
+  small.set_pose(small.bodies()[1], {.position = {x, 0, 0.3f}});
+  const std::vector<std::byte> good = saved(small);
+  World world(quiet_world());
+  for (const float number : {std::nanf(""), std::numeric_limits<float>::infinity()})
+    EXPECT_THAT(refusal(world, altered(good, x, number, 0)), HasSubstr("contradicts itself"));
+  int accepted = 0;
+  for (const float size : {extent, -extent}) {
+    for (int number = 0;; ++number) {
+      const std::vector<std::byte> bytes = altered(good, size, std::numeric_limits<float>::max(), number);
+      if (bytes.empty()) break;
+      if (refusal(world, bytes) != "accepted") continue;
+      ++accepted;
+      run(world, 3);
+      for (const BodyId id : world.bodies()) EXPECT_TRUE(is_finite(world.pose(id))) << number;
+    }
+  }
+  EXPECT_GT(accepted, 4);
 }
 
 }  // namespace

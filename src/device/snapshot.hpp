@@ -4,6 +4,7 @@
 // mirror are rebuilt; hulls get new indices.
 #pragma once
 
+#include <algorithm>
 #include <utility>
 
 #include "device/device_simulator.hpp"
@@ -67,6 +68,15 @@ std::vector<Vec3> DeviceSimulator<D>::own_slides(std::size_t contacts) {
   return slides;
 }
 
+/// Requires that colours' stretches lie within the layout of constraints, which is kept while no colour changes.
+inline void check_schedule(const ByteReader& in, const Counters& c) {
+  in.require(c.sweeps <= schedule_size && c.first_dynamic <= c.sweeps &&
+             c.dynamic_sweeps <= c.sweeps - c.first_dynamic && c.further_sweeps <= c.dynamic_sweeps);
+  in.require(c.overflow <= c.constraints && c.first_overflow <= c.constraints - c.overflow);
+  for (std::uint32_t k = 0; k < c.sweeps; ++k)
+    in.require(c.schedule[k].count <= c.constraints && c.schedule[k].first <= c.constraints - c.schedule[k].count);
+}
+
 template <exec::Device D>
 void DeviceSimulator<D>::restore(ByteReader& in) {
   in(submitted_, newest_, movable_, may_bounce_, any_extras_, shapes_, gravity_change_.wakes, grid_base_, edits_,
@@ -83,7 +93,9 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   Counters counters;
   in(counters);
   counters.filled_entries = 0;
+  std::ranges::fill(counters.per_colour, 0u);
   check_indices(in, counters);
+  check_schedule(in, counters);
   joint_mirror_.rebuild(excluded, indices_, is_on_device());
   restore_hulls();
   list_last_edits();
@@ -164,6 +176,7 @@ std::vector<BodyConstants> DeviceSimulator<D>::restore_bodies(ByteReader& in, co
         question_bits_.assign(bodies.slot_count(), 0);
         for (std::uint32_t i = 0; i < host.size(); ++i) {
           give_links(host[i], names[i]);
+          in.require(host[i].is_isotropic() || bodies.any_anisotropic() || !host[i].is_living());
           if (names[i].slot != none && names[i].child == none)
             question_bits_[names[i].slot] = host[i].bits & (asks_bit | filters_bit);
         }
@@ -232,7 +245,7 @@ void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counte
       if (e.index < counters.bodies) has_other_shape[e.index] = true;
   read_into(in, arrays.contacts, room, counters.contacts, [&](const std::vector<Contact>& contacts) {
     for (const Contact& c : contacts) {
-      in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
+      in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies && c.colour() <= overflow_colour));
       const auto has_child = [&](std::uint32_t body, std::uint32_t child) {
         return has_other_shape[body] || !constants[body].is_compound() || child < constants[body].hull;
       };

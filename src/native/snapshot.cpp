@@ -16,6 +16,11 @@ void BodyState::restore(ByteReader& in, std::size_t slots) {
   for (const std::size_t size : {poses.size(), velocities.size(), bounds.size(), flags.size(), slow_time.size(),
                                  colour_mask.size(), overflow_count.size(), forces.size()})
     in.require(size == slots);
+  for (std::uint32_t slot = 0; slot < slots; ++slot) {
+    in.require(is_finite(poses[slot]) && abs(dot(poses[slot].rotation, poses[slot].rotation) - 1) < 1e-3f);
+    in.require(is_finite(velocities[slot].linear) && is_finite(velocities[slot].angular));
+    in.require(contains(bounds[slot].fat_box, bounds[slot].box));
+  }
   resize(slots);
   for (std::uint32_t slot = 0; slot < slots; ++slot) note_to_solve(slot);
 }
@@ -39,6 +44,14 @@ void ContactGraph::check_ring(ByteReader& in, std::uint32_t index) const {
     firsts += !other.is_part;
   }
   in.require(firsts == 1);
+}
+
+/// Whether what a step reads of it is finite, except impulses, which are lost with the first solution.
+static bool can_be_solved(const ContactManifold& m) {
+  for (int i = 0; i < m.point_count(); ++i)
+    if (!is_finite(m.points[i].anchor_a) || !is_finite(m.points[i].anchor_b)) return false;
+  return is_finite(m.normal) && is_finite(m.tangent) && is_finite(m.friction) && is_finite(m.restitution) &&
+         is_finite(m.rotation_at_build) && is_finite(m.position_at_build());
 }
 
 void ContactGraph::restore(ByteReader& in) {
@@ -66,6 +79,8 @@ void ContactGraph::restore(ByteReader& in) {
     if (!c.in_use) continue;
     ++in_use;
     in.require(c.a != c.b && bodies_.alive(c.a) && bodies_.alive(c.b));
+    in.require(c.fixed_a == (bodies_[c.a].motion != MotionType::dynamic));
+    in.require(bodies_[c.b].motion == MotionType::dynamic);
     in.require(!c.touching() || c.manifold < manifolds_.size());
     if (!c.is_part) {
       in.require(!pairs_.contains(c.a, c.b));
@@ -118,6 +133,7 @@ void ContactGraph::restore(ByteReader& in) {
   for (const std::uint32_t index : free_manifolds_) in.require(index < manifolds_.size());
   for (const ContactManifold& m : manifolds_)
     in.require(m.point_count_as_float() >= 0 && m.point_count_as_float() <= static_cast<float>(max_manifold_points));
+  for (const Contact& c : contacts_) in.require(!c.in_use || !c.touching() || can_be_solved(manifolds_[c.manifold]));
 }
 
 void Islands::restore(ByteReader& in) {

@@ -520,10 +520,7 @@ void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t
     solve_groups(act, isolate);
     return for_each_part_of_kinematic(act);
   }
-  while (!solve_all()) {
-    isolate_failed(layout_.bodies(), isolate);
-    prepare_all();
-  }
+  while (!solve_all() && isolate_failed(layout_.bodies(), isolate)) prepare_all();
   for_each_number(supports_.all(), [this](std::uint32_t structure) { supports_.finish(structure); });
   for_each_number(mechanisms_.all(), [this](std::uint32_t mechanism) { mechanisms_.store(mechanism); });
   if (in_domains)
@@ -596,11 +593,10 @@ void ContactSolver::solve_groups(const Act& act, const Isolate& isolate) {
     failed_groups_.push_back(&group);
   });
   for (const Group* group : failed_groups_) {
-    do {
-      isolate_failed(layout_.bodies(*group), isolate);
+    while (!all_finite(layout_.bodies(*group)) && isolate_failed(layout_.bodies(*group), isolate)) {
       prepare_group(*group);
       substeps(OneGroup(*this, *group));
-    } while (!all_finite(layout_.bodies(*group)));
+    }
     finish_group(*group, act);
   }
   failed_groups_.clear();
@@ -637,18 +633,20 @@ bool ContactSolver::all_finite(std::span<const std::uint32_t> slots) const {
 std::span<const std::uint32_t> ContactSolver::find_failed(std::span<const std::uint32_t> slots) {
   failed_.clear();
   for (const std::uint32_t slot : slots)
-    if (!all_finite({&slot, 1})) failed_.push_back(slot);
+    if (!(state_.flags[slot] & isolated) && !all_finite({&slot, 1})) failed_.push_back(slot);
   return failed_;
 }
 
-void ContactSolver::isolate_failed(std::span<const std::uint32_t> slots, const Isolate& isolate) {
+bool ContactSolver::isolate_failed(std::span<const std::uint32_t> slots, const Isolate& isolate) {
   const std::span<const std::uint32_t> failed = find_failed(slots);
+  if (failed.empty()) return false;
   isolate(failed);
   any_isolated_ = true;
   supports_.let_go(failed);
-  if (mechanisms_.empty()) return;
+  if (mechanisms_.empty()) return true;
   mechanisms_.find_again(layout_, pool_.size());
   note_swings();
+  return true;
 }
 
 // Bodies isolated in this step have been loaded like all others.

@@ -67,7 +67,7 @@ class ContactSolver {
   /// every body is finite. The result is as if they had been removed before.
   void solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate);
 
-  /// The bodies whose solver state is not finite.
+  /// The bodies whose solver state is not finite and that have not been isolated.
   std::span<const std::uint32_t> find_failed(std::span<const std::uint32_t> slots);
 
   /// For snapshots.
@@ -135,7 +135,8 @@ class ContactSolver {
   template <class Act>
   void finish_domains(const Act& act);
   bool all_finite(std::span<const std::uint32_t> slots) const;
-  void isolate_failed(std::span<const std::uint32_t> slots, const Isolate& isolate);
+  /// Whether there were any. Isolated bodies may stay non-finite where their constraints are: they do not move.
+  bool isolate_failed(std::span<const std::uint32_t> slots, const Isolate& isolate);
   void hold_isolated(std::span<const std::uint32_t> slots);
   template <class Work>
   void substeps(const Work& work);

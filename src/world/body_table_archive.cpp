@@ -2,6 +2,7 @@
 #include "geometry/support.hpp"
 #include "world/body_table.hpp"
 #include "world/shape_archive.hpp"
+#include "world/validate.hpp"
 
 namespace fathom {
 
@@ -17,6 +18,17 @@ void archive_info(Archive& a, Info& i) {
     i.pre_solve = pre_solve, i.custom_filter = custom_filter;
   }
   archive_material(a, i.material);
+}
+
+/// Refuses what no body could have.
+void check_info(ByteReader& in, const BodyInfo& info) {
+  in.require(info.motion <= MotionType::dynamic);
+  for (const float number : {info.mass, info.inverse_mass, info.radius}) in.require(number >= 0 && is_finite(number));
+  in.require_valid([&] {
+    check_material(info.material, "material");
+    check_damping(info.linear_damping, info.angular_damping, "damping");
+    check_finite({info.gravity_scale, 0, 0}, "gravity", "the scale");
+  });
 }
 
 }  // namespace
@@ -45,10 +57,11 @@ void BodyTable::restore(ByteReader& in) {
     BodyInfo& info = infos_[body.index];
     archive_info(in, info);
     in(user_data_[body.index]);
-    in.require(info.motion <= MotionType::dynamic);
+    check_info(in, info);
     info.set_shape(shapes.read());
     in.require(!info.geometry.is_surface() || info.motion != MotionType::dynamic);
     any_in_parts_ = any_in_parts_ || !info.geometry.is_convex();
+    any_anisotropic_ = any_anisotropic_ || !info.isotropic;
     note_thickness(info);
     list(body.index, info);
   }
