@@ -47,7 +47,7 @@ struct PlacedShape {
   FATHOM_HD Vec3d to_world(Vec3d local) const { return local.x * axes[0] + (local.y * axes[1] + local.z * axes[2]); }
 
   /// The core's farthest point along `direction`, relative to `position`, both in world axes.
-  Vec3d support(Vec3d direction) const {
+  FATHOM_HD Vec3d support(Vec3d direction) const {
     const Vec3d d = to_local(direction);
     if (hull.vertex_count == 0)
       return to_world({std::copysign(half.x, d.x), std::copysign(half.y, d.y), std::copysign(half.z, d.z)});
@@ -61,9 +61,11 @@ struct PlacedShape {
   }
 
   /// The larger extent from `position`, forwards or backwards, along a unit vector (m).
-  double reach(Vec3d axis) const { return radius + std::max(dot(support(axis), axis), -dot(support(-axis), axis)); }
+  FATHOM_HD double reach(Vec3d axis) const {
+    return radius + std::max(dot(support(axis), axis), -dot(support(-axis), axis));
+  }
   /// The same along the world's axes.
-  Vec3d reach() const { return {reach({1, 0, 0}), reach({0, 1, 0}), reach({0, 0, 1})}; }
+  FATHOM_HD Vec3d reach() const { return {reach({1, 0, 0}), reach({0, 1, 0}), reach({0, 0, 1})}; }
 };
 
 }  // namespace fathom

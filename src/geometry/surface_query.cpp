@@ -5,41 +5,22 @@
 #include <vector>
 
 #include "check/check.hpp"
-#include "geometry/local_box.hpp"
 #include "geometry/ray.hpp"
+#include "geometry/surface_cast.hpp"
 
 namespace fathom {
 namespace {
 
-/// One triangle of a placed surface as a separate shape. Refers to the triangle's corners, which must outlive it.
-PlacedShape placed(const PlacedShape& surface, const Triangle& triangle, double thinnest) {
-  PlacedShape shape = surface;
-  shape.hull.vertices = triangle.corners;
-  shape.hull.vertex_count = 3;
-  shape.radius = 0;
-  shape.thinnest = thinnest;  // that of the other shape
-  return shape;
-}
-
-struct Corners {
-  Vec3d a, b, c;
-
-  Corners(const Triangle& t, Vec3d origin)
-      : a(to_double(t.corners[0]) - origin), b(to_double(t.corners[1]) - origin), c(to_double(t.corners[2]) - origin) {}
-  /// Outward; its length is twice the triangle's area.
-  Vec3d normal() const { return cross(b - a, c - a); }
-};
-
 /// Calls act(number, triangle) for the surface's triangles along the path; act returns the fraction at which to stop.
 template <class Act>
-void for_each_along(const Surface& surface, Vec3d centre, Vec3d half, Vec3d way, const Act& act) {
+void for_each_along(const Surface& surface, Vec3 centre, Vec3 half, Vec3 way, const Act& act) {
   struct Visitor final : TriangleVisitor {
     Visitor(const Surface& of, const Act& how) : surface(of), act(how) {}
     float visit(std::uint32_t triangle) override { return act(triangle, surface.triangle(triangle)); }
     const Surface& surface;
     const Act& act;
   } visitor(surface, act);
-  surface.find_along(to_float(centre), to_float(half), to_float(way), visitor);
+  surface.find_along(centre, half, way, visitor);
 }
 
 }  // namespace
@@ -47,7 +28,7 @@ void for_each_along(const Surface& surface, Vec3d centre, Vec3d half, Vec3d way,
 std::optional<SurfaceHit> ray_cast_at_surface(const Geometry& surface, const Pose& pose, const Ray& ray, double limit) {
   SurfaceRay of_surface(ray, surface, pose, limit);
   const LocalRay& local = of_surface.local();
-  for_each_along(surface.surface(), local.origin, {}, local.translation,
+  for_each_along(surface.surface(), to_float(local.origin), {}, to_float(local.translation),
                  [&](std::uint32_t number, const Triangle& triangle) { return of_surface.meet(number, triangle); });
   SurfaceHit hit;
   return of_surface.hit(hit) ? std::optional(hit) : std::nullopt;
@@ -55,27 +36,11 @@ std::optional<SurfaceHit> ray_cast_at_surface(const Geometry& surface, const Pos
 
 std::optional<SurfaceHit> shape_cast_at_surface(const PlacedShape& moving, Vec3 translation, const Geometry& surface,
                                                 const Pose& pose, double limit) {
-  const PlacedShape frame(surface, pose);
-  const LocalBox box(frame, moving);
-  const Vec3d way = frame.to_local(to_double(translation));
-  std::optional<SurfaceHit> nearest;
-  for_each_along(surface.surface(), box.centre, box.half, way, [&](std::uint32_t number, const Triangle& triangle) {
-    const double end = nearest ? static_cast<double>(nearest->fraction) : limit;
-    const PlacedShape still = placed(frame, triangle, moving.thinnest);
-    const bool leaves = dot(Corners(triangle, {}).normal(), way) > 0;
-    std::optional<SurfaceHit> hit;
-    if (!leaves)
-      hit = shape_cast(moving, translation, still, static_cast<double>(search_limit(end)));
-    else if (const Separation s = separation(still, moving); s.touch())
-      hit = SurfaceHit{0, to_float(still.position + s.on_a), {}, true};
-    if (hit && (!nearest || hit->fraction < nearest->fraction ||
-                (hit->fraction == nearest->fraction && number < nearest->triangle))) {
-      nearest = hit;
-      nearest->triangle = number;
-    }
-    return search_limit(nearest ? static_cast<double>(nearest->fraction) : limit);
-  });
-  return nearest;
+  SurfaceCast cast(moving, translation, surface, pose, limit);
+  for_each_along(surface.surface(), cast.centre(), cast.half(), cast.way(),
+                 [&](std::uint32_t number, const Triangle& triangle) { return cast.meet(number, triangle); });
+  SurfaceHit hit;
+  return cast.hit(hit) ? std::optional(hit) : std::nullopt;
 }
 
 bool touches_surface(const PlacedShape& shape, const Geometry& surface, const Pose& pose) {
@@ -84,7 +49,7 @@ bool touches_surface(const PlacedShape& shape, const Geometry& surface, const Po
   surface.surface().find(LocalBox(frame, shape).grown(0), found);
   return std::ranges::any_of(found, [&](std::uint32_t number) {
     const Triangle triangle = surface.surface().triangle(number);
-    return separation(placed(frame, triangle, shape.thinnest), shape).touch();
+    return separation(placed_triangle(frame, triangle, shape.thinnest), shape).touch();
   });
 }
 
@@ -107,7 +72,7 @@ Separation separation_from_surface(const Geometry& surface, const Pose& pose, co
     surface.surface().find(box.grown(reach), found);
     for (const std::uint32_t number : found) {
       const Triangle triangle = surface.surface().triangle(number);
-      const Separation s = separation(placed(frame, triangle, shape.thinnest), shape);
+      const Separation s = separation(placed_triangle(frame, triangle, shape.thinnest), shape);
       if (s.distance < nearest.distance) nearest = s;
     }
     if (nearest.distance <= reach || reach > all) break;
