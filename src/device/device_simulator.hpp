@@ -10,6 +10,7 @@
 #include <array>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <unordered_map>
 #include <unordered_set>
@@ -19,7 +20,8 @@
 #include "device/hull_memory.hpp"
 #include "device/joint_mirror.hpp"
 #include "device/mirror_tree.hpp"
-#include "device/ray_memory.hpp"
+#include "device/query_buffers.hpp"
+#include "device/query_memory.hpp"
 #include "device/step.hpp"
 #include "device/surface_memory.hpp"
 #include "exec/device.hpp"
@@ -92,6 +94,8 @@ class DeviceSimulator final : public Simulator {
 
   void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const override { tree_.visit(box, visitor); }
   bool cast_rays(const ManyRays& many, const TakeHits& take) const override;
+  bool cast_shapes(const ManyShapes& many, const TakeHits& take) const override;
+  bool overlap_shapes(const ManyShapes& many, const TakeTouched& take) const override;
 
  private:
   using Event = typename D::Event;
@@ -200,22 +204,6 @@ class DeviceSimulator final : public Simulator {
     std::uint64_t events_of = 0;  ///< the step whose events the last three hold
     Event copied;                 ///< results and events have arrived
   };
-  /// Rays on their way to the device, or hits on their way back.
-  struct RayBatch {
-    explicit RayBatch(D& device) : rays(device), hits(device), hits_read(device, 0), done(device) {}
-
-    void reserve(D& device, std::size_t size) {
-      rays.image(size);
-      hits.grow(size);
-      if (hits_read.size() < size) hits_read = exec::PinnedBuffer<RayHit>(device, size);
-    }
-
-    StagedArray<Ray> rays;
-    exec::Buffer<RayHit> hits;
-    exec::PinnedBuffer<RayHit> hits_read;
-    Event done;  ///< the hits have arrived
-  };
-
   /// One more than steps in flight, because a step is timed from the end of the previous one.
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
   StepBuffers& buffers_of(std::uint64_t step) const { return *step_buffers_[step % max_pending_]; }
@@ -315,7 +303,19 @@ class DeviceSimulator final : public Simulator {
   std::size_t mirror_room() const { return std::min({poses_.size(), velocities_.size(), flags_.size()}); }
   std::optional<DevicePoses> publish_poses();
   std::span<const Pose> refresh_queries() override;
+
+  // Many queries at once.
+  template <class Ask>
+  bool answers(std::size_t count, const Ask& ask);
+  QueryView upload_scene(const QuerySight& sight, std::span<const std::uint32_t> ignored);
+  const Vec3* upload_corners(std::span<const ShapeCast> shapes);
   void cast_rays_now(const ManyRays& many, const TakeHits& take);
+  void cast_shapes_now(const ManyShapes& many, const TakeHits& take);
+  void overlap_shapes_now(const ManyShapes& many, const TakeTouched& take);
+  template <class Query, class Asked, class Write, class Kernel>
+  void cast_in_batches(CastBatches<D, Asked>& batches, std::span<const Query> queries, const Write& write,
+                       const Kernel& kernel, const TakeHits& take);
+
   void mirror(const Edit& edit, const std::vector<BodyData>& data);
   void mirror_waking(std::uint32_t slot);
   void mirror_gravity();
@@ -412,10 +412,10 @@ class DeviceSimulator final : public Simulator {
   exec::PinnedBuffer<Velocity> velocities_;
   exec::PinnedBuffer<std::uint32_t> flags_;
   MirrorTree tree_;  // for queries
-  RayMemory ray_memory_;
-  StagedArray<std::uint32_t> ignored_by_rays_;
-  std::array<RayBatch, 2> ray_batches_;
-  mutable std::mutex casting_;
+  QueryMemory query_memory_;
+  std::unique_ptr<QueryBuffers<D>> query_buffers_;  // made by the first call of many
+  std::mutex querying_;
+  bool is_querying_ = false;
   // Reading marks entries as read.
   mutable EventList<ContactEvent> begun_, ended_;
   mutable EventList<HitEvent> hits_;

@@ -31,9 +31,7 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       poses_(device_, 0),
       velocities_(device_, 0),
       flags_(device_, 0),
-      ray_memory_(device_),
-      ignored_by_rays_(device_),
-      ray_batches_{RayBatch(device_), RayBatch(device_)},
+      query_memory_(device_),
       contacts_read_(device_, 0),
       manifolds_read_(device_, 0),
       joints_read_(device_, 0),
@@ -442,7 +440,7 @@ void DeviceSimulator<D>::change_gravity(const PendingStep& pending) {
 #include "device/simulator_mechanisms.hpp"
 #include "device/simulator_mirror.hpp"
 #include "device/simulator_pending.hpp"
+#include "device/simulator_queries.hpp"
 #include "device/simulator_questions.hpp"
-#include "device/simulator_rays.hpp"
 #include "device/simulator_results.hpp"
 #include "device/snapshot.hpp"

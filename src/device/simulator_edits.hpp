@@ -189,7 +189,7 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
   if (reserved > 0) indices_.add_children(slot, reserved, submitted_ + 1);
   set_changed_ = true;
   tree_.note_set(slot);
-  ray_memory_.note_bodies();
+  query_memory_.note_bodies();
   movable_ += bodies[slot].motion != MotionType::fixed;
   BodyData data = body_data(slot);
   data.slot = slot;
@@ -209,7 +209,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   set_changed_ = true;
   tree_.note_set(slot);
-  ray_memory_.note_bodies();
+  query_memory_.note_bodies();
   movable_ -= bodies[slot].motion != MotionType::fixed;
   const std::uint32_t index = indices_.of(slot);
   std::erase_if(kept_out_, [&](std::uint64_t key) { return key >> 32 == index || (key & 0xffffffffu) == index; });
@@ -258,7 +258,7 @@ void DeviceSimulator<D>::wake(std::uint32_t slot) {
 }
 template <exec::Device D>
 void DeviceSimulator<D>::constants_changed(std::uint32_t slot, std::uint32_t changes) {
-  ray_memory_.note_bodies();
+  query_memory_.note_bodies();
   BodyData data = body_data(slot);
   data.changes = changes;
   add_data_edit(EditKind::constants, indices_.of(slot), data);

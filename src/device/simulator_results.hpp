@@ -231,7 +231,7 @@ std::span<const Pose> DeviceSimulator<D>::refresh_queries() {
   upload_shapes();  // for rays; first, because waiting for steps outdates queries
   fetch_bodies();
   tree_.refresh(bodies, {poses_.data(), bodies.slot_count()});
-  ray_memory_.note_poses();
+  query_memory_.note_poses();
   return {poses_.data(), bodies.slot_count()};
 }
 

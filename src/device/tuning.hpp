@@ -34,8 +34,10 @@ inline constexpr std::size_t first_events = 1024;
 /// Pairs of the hybrid simulator that are copied with the report: a step with few pairs then waits only once.
 inline constexpr std::uint32_t prefetched_pairs = 1024;
 
-/// Rays of one call that are worth sending to the device, and those sent at once.
-inline constexpr std::size_t min_device_rays = 256, max_rays_of_batch = std::size_t{1} << 17;
+/// Queries of one call that are worth sending to the device, and those sent at once.
+inline constexpr std::size_t min_device_queries = 256, max_queries_of_batch = std::size_t{1} << 17;
+/// Overlaps of a batch that there is room for at first, for each query, and most: with more, batches are smaller.
+inline constexpr std::size_t first_overlaps_per_query = 4, max_overlaps_of_batch = std::size_t{1} << 22;
 
 // --- room to begin with ----------------------------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-// What meets a compound's children first, for host and device.
+// Which of a compound's children a query meets, for host and device.
 #pragma once
 
 #include "geometry/box_way.hpp"
@@ -27,6 +27,27 @@ FATHOM_HD bool meets_child(const BoxTreeNode* nodes, const std::uint32_t* leaves
     return search_limit(end);
   });
   return any;
+}
+
+/// Whether act(number) is true for any child in a leaf whose box meets this one.
+template <class Act>
+FATHOM_HD bool any_child_in(const BoxTreeNode* nodes, const std::uint32_t* leaves, const Aabb& box, const Act& act) {
+  std::uint32_t waiting[deepest_box_tree];
+  int count = 0;
+  for (std::uint32_t node = 0;;) {
+    const BoxTreeNode& n = nodes[node];
+    if (overlaps(Aabb{n.lower, n.upper}, box)) {
+      if (n.count == 0) {
+        waiting[count++] = n.next;
+        ++node;
+        continue;
+      }
+      for (std::uint32_t leaf = n.next; leaf < n.next + n.count; ++leaf)
+        if (act(leaves[leaf])) return true;
+    }
+    if (count == 0) return false;
+    node = waiting[--count];
+  }
 }
 
 }  // namespace fathom

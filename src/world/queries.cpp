@@ -24,6 +24,8 @@ bool is_before(float fraction, BodyId id, const CastHit& other) {
 
 QuerySight sight_of(const QueryFilter& filter) { return {filter.mask, filter.category, filter.group, filter.sensors}; }
 
+PlacedShape placed(const ShapeCast& cast) { return {geometry(*cast.shape), cast.pose}; }
+
 MovingBox box_of(const Ray& ray) { return {ray.origin, {}, ray.translation}; }
 MovingBox box_of(const PlacedShape& shape, Vec3 translation) {
   return {to_float(shape.position), to_float(shape.reach()), translation};
@@ -62,19 +64,10 @@ class Query {
     return nearest;
   }
 
-  /// The nearest hits of many rays.
+  // Many at once: on the simulator's device, or on the world's threads, or, with a callback, on the caller's.
   void cast(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits) const;
-
-  /// Calls act(i) for all of `count` queries, on the world's threads unless the filter has a callback, which is called
-  /// on the caller's thread alone.
-  template <class Act>
-  void divide(std::size_t count, const Act& act) const {
-    const auto one_by_one = [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) act(i);
-    };
-    if (filter_.accepts) return one_by_one(0, count);
-    simulator_.divide_query(count, one_by_one);
-  }
+  void cast(std::span<const ShapeCast> casts, std::span<std::optional<CastHit>> hits) const;
+  void overlap(std::span<const ShapeCast> shapes, std::span<std::vector<BodyId>> found) const;
 
   /// All hits, nearest first.
   template <class Meet>
@@ -111,6 +104,35 @@ class Query {
   const Pose& pose(std::uint32_t slot) const { return poses_[slot]; }
 
  private:
+  /// Calls act(i) for all of `count` queries, on the world's threads unless the filter has a callback, which is called
+  /// on the caller's thread alone.
+  template <class Act>
+  void divide(std::size_t count, const Act& act) const {
+    const auto one_by_one = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) act(i);
+    };
+    if (filter_.accepts) return one_by_one(0, count);
+    simulator_.divide_query(count, one_by_one);
+  }
+
+  /// Whether ask(many) is true: the simulator has answered all at once.
+  template <class Asked, class Ask>
+  bool answers(std::span<const Asked> asked, const Ask& ask) const {
+    if (filter_.accepts) return false;
+    std::vector<std::uint32_t> ignored;
+    for (const BodyId id : filter_.ignored) ignored.push_back(id.index);
+    std::ranges::sort(ignored);
+    return ask(ManyQueries<Asked>{asked, sight_of(filter_), ignored});
+  }
+
+  TakeHits write_to(std::span<std::optional<CastHit>> hits) const {
+    return [this, hits](std::size_t first, std::span<const BodyHit> found) {
+      for (std::size_t i = 0; i < found.size(); ++i)
+        hits[first + i] =
+            found[i].slot == BodyHit::nothing ? std::nullopt : std::optional(cast_hit(found[i].slot, found[i].hit));
+    };
+  }
+
   /// Calls visit(slot) for bodies that pass the mask and the ignore list.
   template <class Visit>
   void for_each_in(const MovingBox& box, const Visit& visit) const {
@@ -144,17 +166,25 @@ class Query {
 };
 
 void Query::cast(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits) const {
-  const auto cast_one = [&](std::size_t i) { hits[i] = nearest(box_of(rays[i]), meeting(rays[i])); };
-  if (filter_.accepts) return divide(rays.size(), cast_one);
-  std::vector<std::uint32_t> ignored;
-  for (const BodyId id : filter_.ignored) ignored.push_back(id.index);
-  std::ranges::sort(ignored);
-  const auto take = [&](std::size_t first, std::span<const RayHit> found) {
-    for (std::size_t i = 0; i < found.size(); ++i)
-      hits[first + i] =
-          found[i].slot == RayHit::nothing ? std::nullopt : std::optional(cast_hit(found[i].slot, found[i].hit));
+  if (answers(rays, [&](const ManyRays& many) { return simulator_.cast_rays(many, write_to(hits)); })) return;
+  divide(rays.size(), [&](std::size_t i) { hits[i] = nearest(box_of(rays[i]), meeting(rays[i])); });
+}
+
+void Query::cast(std::span<const ShapeCast> casts, std::span<std::optional<CastHit>> hits) const {
+  if (answers(casts, [&](const ManyShapes& many) { return simulator_.cast_shapes(many, write_to(hits)); })) return;
+  divide(casts.size(), [&](std::size_t i) {
+    const PlacedShape moving = placed(casts[i]);
+    hits[i] = nearest(box_of(moving, casts[i].translation), meeting(moving, casts[i].translation));
+  });
+}
+
+void Query::overlap(std::span<const ShapeCast> shapes, std::span<std::vector<BodyId>> found) const {
+  const TakeTouched take = [&](std::size_t i, std::span<const std::uint32_t> slots) {
+    found[i].clear();
+    for (const std::uint32_t slot : slots) found[i].push_back(bodies_.id(slot));
   };
-  if (!simulator_.cast_rays({rays, sight_of(filter_), ignored}, take)) divide(rays.size(), cast_one);
+  if (answers(shapes, [&](const ManyShapes& many) { return simulator_.overlap_shapes(many, take); })) return;
+  divide(shapes.size(), [&](std::size_t i) { found[i] = touching(placed(shapes[i])); });
 }
 
 void check_translation(Vec3 translation, const std::string& action) {
@@ -172,12 +202,16 @@ bool is_valid(const Ray& ray) {
   return is_finite(ray.origin) && is_finite(ray.translation) && !(ray.translation == Vec3{});
 }
 
-PlacedShape checked(const Shape& shape, const Pose& pose, const char* action) {
+void check_placed(const Shape& shape, const Pose& pose, const char* action) {
   check_shape(shape, action);
   if (shape.is_surface())
     refuse(std::string(action) + ": the shape is a mesh or a height field; ask with a convex one");
   if (shape.compound) refuse(std::string(action) + ": the shape is a compound; ask with each of its children");
   check_pose(pose, action);
+}
+
+PlacedShape checked(const Shape& shape, const Pose& pose, const char* action) {
+  check_placed(shape, pose, action);
   return {geometry(shape), pose};
 }
 
@@ -198,15 +232,12 @@ void check_each(std::size_t count, const char* what, const Check& check) {
   }
 }
 
-std::vector<PlacedShape> checked(std::span<const ShapeCast> casts, bool are_moving, const char* action) {
-  std::vector<PlacedShape> shapes;
-  shapes.reserve(casts.size());
+void check_all(std::span<const ShapeCast> casts, bool are_moving, const char* action) {
   check_each(casts.size(), "shape", [&](std::size_t i) {
     if (!casts[i].shape) refuse(std::string(action) + ": there is no shape; set ShapeCast::shape");
-    shapes.push_back(checked(*casts[i].shape, casts[i].pose, action));
+    check_placed(*casts[i].shape, casts[i].pose, action);
     if (are_moving) check_translation(casts[i].translation, action);
   });
-  return shapes;
 }
 
 /// `s` is relative to a shape at position `at`.
@@ -276,12 +307,8 @@ std::vector<CastHit> World::cast_shape_all(const Shape& shape, const Pose& pose,
 void World::cast_shapes(std::span<const ShapeCast> casts, std::span<std::optional<CastHit>> hits,
                         const QueryFilter& filter) const {
   check_sizes(casts.size(), "shapes", hits.size(), "hits", "cast shapes");
-  const std::vector<PlacedShape> shapes = checked(casts, true, "cast shapes");
-  const Query query(*simulator_, filter, "cast shapes");
-  query.divide(casts.size(), [&](std::size_t i) {
-    const Vec3 translation = casts[i].translation;
-    hits[i] = query.nearest(box_of(shapes[i], translation), meeting(shapes[i], translation));
-  });
+  check_all(casts, true, "cast shapes");
+  Query(*simulator_, filter, "cast shapes").cast(casts, hits);
 }
 
 std::vector<BodyId> World::overlap_aabb(const Aabb& box, const QueryFilter& filter) const {
@@ -302,9 +329,8 @@ std::vector<BodyId> World::overlap_shape(const Shape& shape, const Pose& pose, c
 void World::overlap_shapes(std::span<const ShapeCast> shapes, std::span<std::vector<BodyId>> found,
                            const QueryFilter& filter) const {
   check_sizes(shapes.size(), "shapes", found.size(), "lists", "overlap shapes");
-  const std::vector<PlacedShape> placed = checked(shapes, false, "overlap shapes");
-  const Query query(*simulator_, filter, "overlap shapes");
-  query.divide(placed.size(), [&](std::size_t i) { found[i] = query.touching(placed[i]); });
+  check_all(shapes, false, "overlap shapes");
+  Query(*simulator_, filter, "overlap shapes").overlap(shapes, found);
 }
 
 ClosestPoints World::closest_points(const Shape& shape, const Pose& pose, BodyId body) const {

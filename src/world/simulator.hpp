@@ -12,7 +12,7 @@
 #include "world/event_list.hpp"
 #include "world/excluded_pairs.hpp"
 #include "world/joint_table.hpp"
-#include "world/many_rays.hpp"
+#include "world/many_queries.hpp"
 #include "world/sensors.hpp"
 
 namespace fathom {
@@ -120,9 +120,11 @@ class Simulator {
   std::span<const Pose> prepare_queries() const;
   /// Visits bodies whose boxes the moving box hits, roughly in the order of the hits. Call `prepare_queries` first.
   virtual void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const = 0;
-  /// Casts all rays if that is faster than one by one; else returns false. Calls `take` on the caller's thread until it
-  /// has had the hits of all. Call `prepare_queries` first.
+  // The next three answer all queries if that is faster than one by one; else they return false. They call `take` on
+  // the caller's thread until it has had the answers to all. Call `prepare_queries` first.
   virtual bool cast_rays(const ManyRays&, const TakeHits&) const { return false; }
+  virtual bool cast_shapes(const ManyShapes&, const TakeHits&) const { return false; }
+  virtual bool overlap_shapes(const ManyShapes&, const TakeTouched&) const { return false; }
   /// Calls run(begin, end) for parts of [0, count) that do not depend on each other, on any number of threads.
   virtual void divide_query(std::size_t count, const std::function<void(std::size_t, std::size_t)>& run) const {
     run(0, count);

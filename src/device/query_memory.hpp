@@ -1,54 +1,25 @@
-// What rays meet, in device memory: the search tree of the host's mirror, and the bodies that it was built for.
+// What queries meet, in device memory: the search tree of the host's mirror, and the bodies that it was built for.
 //
-// Everything comes from the host's side, so rays see changes that no step has applied yet, as all queries do. It is
-// copied when the first rays after a step or a change are cast.
+// Everything comes from the host's side, so queries see changes that no step has applied yet. It is copied for the
+// first call of many after a step or a change.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
-#include "device/cast_rays.hpp"
 #include "device/hull_memory.hpp"
+#include "device/query_scene.hpp"
+#include "device/staged_array.hpp"
 #include "device/surface_memory.hpp"
 #include "native/body_tree.hpp"
 
 namespace fathom::device {
 
-/// An array on the device and its image on the host, the source of uploads.
-template <class T>
-class StagedArray {
+class QueryMemory {
  public:
-  explicit StagedArray(exec::Memory& memory) : memory_(memory), device_(memory), host_(memory, 0) {}
-
-  /// The image, with at least `size` items. A larger one does not keep them. No copy may be under way.
-  T* image(std::size_t size) {
-    if (size > host_.size()) host_ = exec::PinnedBuffer<T>(memory_, size + size / 2);
-    device_.grow(host_.size());
-    return host_.data();
-  }
-  template <class D>
-  void upload(D& device, std::size_t size) {
-    if (size > 0) device.copy_to_device(device_.data(), host_.data(), size);
-  }
-  template <class D>
-  void upload(D& device, std::span<const T> from) {
-    std::copy(from.begin(), from.end(), image(from.size()));
-    upload(device, from.size());
-  }
-  const T* data() const { return device_.data(); }
-
- private:
-  exec::Memory& memory_;
-  exec::Buffer<T> device_;
-  exec::PinnedBuffer<T> host_;
-};
-
-class RayMemory {
- public:
-  explicit RayMemory(exec::Memory& memory);
+  explicit QueryMemory(exec::Memory& memory);
 
   /// Bodies were added, removed or edited.
   void note_bodies() { bodies_are_current_ = false; }
@@ -60,14 +31,13 @@ class RayMemory {
   template <class D>
   void upload(D& device, const BodyTable& bodies, const native::BodyTree& tree, std::span<const Pose> poses,
               const HullMemory& hulls, const SurfaceMemory& surfaces) {
-    if (std::exchange(is_uploading_, true)) device.wait();  // the last call failed halfway
     if (!bodies_are_current_) {
       list_bodies(bodies, hulls, surfaces);
       bodies_.upload(device, bodies.slot_count());
-      compounds_.upload(device, std::span<const RayCompound>(compound_list_));
+      compounds_.upload(device, std::span<const QueryCompound>(compound_list_));
       nodes_.upload(device, std::span<const BoxTreeNode>(node_list_));
       leaves_.upload(device, std::span<const std::uint32_t>(leaf_list_));
-      children_.upload(device, std::span<const RayChild>(child_list_));
+      children_.upload(device, std::span<const QueryChild>(child_list_));
     }
     if (!poses_are_current_) {
       poses_.grow(poses.size());
@@ -77,10 +47,9 @@ class RayMemory {
       upload(device, trees_[2], tree.fixed().late(), {});
     }
     bodies_are_current_ = poses_are_current_ = true;
-    is_uploading_ = false;
     hulls_ = hulls.arrays(), surfaces_ = surfaces.views();
   }
-  RayScene scene() const;
+  QueryScene scene() const;
 
  private:
   struct Tree {
@@ -90,7 +59,7 @@ class RayMemory {
     StagedArray<std::uint32_t> leaves;
     std::uint64_t version = 0;
     std::size_t stale = 0;
-    RayTree view;
+    QueryTree view;
   };
 
   template <class D>
@@ -102,24 +71,23 @@ class RayMemory {
     tree.leaves.upload(device, from.size());
     tree.version = from.version(), tree.stale = stale.size();
   }
-  static RayTree view_of(const native::Bvh& tree);
+  static QueryTree view_of(const native::Bvh& tree);
   static void list_leaves(const native::Bvh& tree, std::span<const std::uint32_t> stale, std::uint32_t* leaves);
   void list_bodies(const BodyTable& bodies, const HullMemory& hulls, const SurfaceMemory& surfaces);
   void list_compound(const Compound& compound, const HullMemory& hulls);
 
   bool bodies_are_current_ = false, poses_are_current_ = false;
-  bool is_uploading_ = false;
-  std::array<Tree, RayScene::tree_count> trees_;
-  StagedArray<RayBody> bodies_;
+  std::array<Tree, QueryScene::tree_count> trees_;
+  StagedArray<QueryBody> bodies_;
   exec::Buffer<Pose> poses_;
-  StagedArray<RayCompound> compounds_;
+  StagedArray<QueryCompound> compounds_;
   StagedArray<BoxTreeNode> nodes_;
   StagedArray<std::uint32_t> leaves_;
-  StagedArray<RayChild> children_;
-  std::vector<RayCompound> compound_list_;
+  StagedArray<QueryChild> children_;
+  std::vector<QueryCompound> compound_list_;
   std::vector<BoxTreeNode> node_list_;
   std::vector<std::uint32_t> leaf_list_;
-  std::vector<RayChild> child_list_;
+  std::vector<QueryChild> child_list_;
   HullArrays hulls_;
   const SurfaceView* surfaces_ = nullptr;
 };
