@@ -182,6 +182,66 @@ void cast_shapes(benchmark::State& state, MakeWorld make, const Shape& shape) {
 }
 BENCHMARK_CAPTURE(cast_shapes, sphere_in_cloud, cloud, sphere(0.5f))->Arg(10);
 
+/// Balls, capsules, boxes and hulls of about a metre, turned at random; they move by `length` (m).
+class Casts {
+ public:
+  Casts(float length, std::size_t count) {
+    std::mt19937 random(4);
+    shapes_ = {sphere(0.5f), capsule(0.3f, 0.6f), box({0.5f, 0.4f, 0.3f}), pebble(random)};
+    for (const Ray& ray : rays(length, count))
+      all_.push_back({&shapes_[all_.size() % shapes_.size()], {ray.origin, 0, any_rotation(random)}, ray.translation});
+  }
+  const std::vector<ShapeCast>& all() const { return all_; }
+
+ private:
+  std::vector<Shape> shapes_;
+  std::vector<ShapeCast> all_;
+};
+
+/// Calls ask(world) for as many shapes as the argument says, each time after a step.
+template <class Ask>
+void ask_after_a_step(benchmark::State& state, World world, const Ask& ask) {
+  for (auto _ : state) {
+    state.PauseTiming();
+    world.step();
+    world.wait();
+    state.ResumeTiming();
+    ask(world);
+  }
+  state.SetItemsProcessed(state.range(0) * static_cast<std::int64_t>(state.iterations()));
+}
+
+/// Moved by 10 m.
+void cast_shapes_after_a_step(benchmark::State& state, MakeWorld make, SimulatorKind kind) {
+  const Casts casts(10, static_cast<std::size_t>(state.range(0)));
+  std::vector<std::optional<CastHit>> hits(casts.all().size());
+  ask_after_a_step(state, make(kind), [&](const World& world) { world.cast_shapes(casts.all(), hits); });
+  std::size_t met = 0;
+  for (const auto& hit : hits) met += hit.has_value();
+  state.counters["met"] = static_cast<double>(met) / static_cast<double>(hits.size());
+}
+void overlap_shapes_after_a_step(benchmark::State& state, MakeWorld make, SimulatorKind kind) {
+  const Casts casts(10, static_cast<std::size_t>(state.range(0)));
+  std::vector<std::vector<BodyId>> found(casts.all().size());
+  ask_after_a_step(state, make(kind), [&](const World& world) { world.overlap_shapes(casts.all(), found); });
+  std::size_t met = 0;
+  for (const auto& list : found) met += list.size();
+  state.counters["met"] = static_cast<double>(met) / static_cast<double>(found.size());
+}
+constexpr std::int64_t many = 100'000;
+BENCHMARK_CAPTURE(cast_shapes_after_a_step, cloud, cloud, SimulatorKind::native)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(cast_shapes_after_a_step, cloud_device, cloud, SimulatorKind::device)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(cast_shapes_after_a_step, layers, layers, SimulatorKind::native)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(cast_shapes_after_a_step, layers_device, layers, SimulatorKind::device)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(cast_shapes_after_a_step, sea_bed, sea_bed, SimulatorKind::native)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(cast_shapes_after_a_step, sea_bed_device, sea_bed, SimulatorKind::device)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(overlap_shapes_after_a_step, cloud, cloud, SimulatorKind::native)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(overlap_shapes_after_a_step, cloud_device, cloud, SimulatorKind::device)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(overlap_shapes_after_a_step, layers, layers, SimulatorKind::native)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(overlap_shapes_after_a_step, layers_device, layers, SimulatorKind::device)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(overlap_shapes_after_a_step, sea_bed, sea_bed, SimulatorKind::native)->Arg(2048)->Arg(many);
+BENCHMARK_CAPTURE(overlap_shapes_after_a_step, sea_bed_device, sea_bed, SimulatorKind::device)->Arg(2048)->Arg(many);
+
 void overlap_shape(benchmark::State& state, MakeWorld make, const Shape& shape) {
   ask_of_each(state, make, [&](const World& world, const Ray& ray) {
     return world.overlap_shape(shape, {ray.origin, 0, {}}).size();

@@ -32,7 +32,8 @@ function(fathom_sycl_sources target)
 endfunction()
 
 function(fathom_add_sycl target)
-  set(sources ${PROJECT_SOURCE_DIR}/src/exec/sycl/sycl_device.cpp ${PROJECT_SOURCE_DIR}/src/device/make_sycl.cpp)
+  set(sources ${PROJECT_SOURCE_DIR}/src/exec/sycl/sycl_device.cpp ${PROJECT_SOURCE_DIR}/src/device/make_sycl.cpp
+    ${PROJECT_SOURCE_DIR}/src/device/queries_sycl.cpp)
   fathom_sycl_sources(${target} ${sources})
   target_compile_definitions(${target} PRIVATE FATHOM_HAS_SYCL)
   # On NVIDIA GPUs events and graphs are those of the queue's CUDA stream.

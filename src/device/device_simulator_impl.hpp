@@ -1,5 +1,6 @@
 // Implementation of DeviceSimulator; included by the one source file of each back end that instantiates it. This file
-// constructs it and submits steps; the other subjects are included at the end.
+// constructs it and submits steps; the other subjects are included at the end, but for queries: they have sources of
+// their own (simulator_queries.hpp), as their kernels would change what g++ inlines into those of steps.
 #pragma once
 
 #include <algorithm>
@@ -440,7 +441,6 @@ void DeviceSimulator<D>::change_gravity(const PendingStep& pending) {
 #include "device/simulator_mechanisms.hpp"
 #include "device/simulator_mirror.hpp"
 #include "device/simulator_pending.hpp"
-#include "device/simulator_queries.hpp"
 #include "device/simulator_questions.hpp"
 #include "device/simulator_results.hpp"
 #include "device/snapshot.hpp"

@@ -48,14 +48,14 @@ struct OverlapShapes {
     if (shape.type == ShapeType::compound) return touches_compound(placed, scene.compounds[shape.part], pose);
     if (shape.type == ShapeType::mesh || shape.type == ShapeType::height_field)
       return touches_surface(placed, scene.surfaces[shape.part], pose);
-    return separation(placed, {scene.geometry(shape), pose}).touch();
+    return separation_of(placed, {scene.geometry(shape), pose}).touch();
   }
 
   FATHOM_HD bool touches_surface(const PlacedShape& placed, const SurfaceView& surface, const Pose& pose) const {
     const PlacedShape frame(Geometry{}, pose);
     return surface.any_in(LocalBox(frame, placed).grown(0), [&](std::uint32_t number) {
       const Triangle triangle = surface.triangle(number);
-      return separation(placed_triangle(frame, triangle, placed.thinnest), placed).touch();
+      return separation_of(placed_triangle(frame, triangle, placed.thinnest), placed).touch();
     });
   }
 
@@ -63,7 +63,7 @@ struct OverlapShapes {
     const PlacedShape frame(Geometry{ShapeType::sphere}, pose);
     const auto touches_child = [&](std::uint32_t number) {
       const QueryChild& child = scene.children[compound.children + number];
-      return separation(placed, {scene.geometry(child.shape), pose * child.pose}).touch();
+      return separation_of(placed, {scene.geometry(child.shape), pose * child.pose}).touch();
     };
     return any_child_in(scene.compound_nodes + compound.nodes, scene.compound_leaves + compound.leaves,
                         LocalBox(frame, placed).grown(0), touches_child);

@@ -47,21 +47,20 @@ class BoxSlabs {
   /// Which of a node's children the box meets up to the fraction `limit`, a bit for each; `enter` says where. Loops
   /// over the children are inside, so that compilers for CPUs use vector instructions.
   FATHOM_HD std::uint32_t meets(const native::Bvh::Node& node, float limit, float* enter) const {
-    constexpr std::uint32_t width = native::Bvh::width;
-    float leave[width];
-    for (std::uint32_t c = 0; c < width; ++c) enter[c] = 0, leave[c] = limit;
-    for (int axis = 0; axis < 3; ++axis) {
-      const float centre = centre_[axis], half = half_[axis], per_way = per_way_[axis];
-      for (std::uint32_t c = 0; c < width; ++c) {
-        const float lower = node.lower[axis][c], upper = node.upper[axis][c];
-        const float room = half + coordinate_rounding * max(abs(lower), abs(upper));
-        const float a = (lower - room - centre) * per_way, b = (upper + room - centre) * per_way;
-        enter[c] = max(enter[c], min(a, b));
-        leave[c] = min(leave[c], max(a, b));
-      }
-    }
     std::uint32_t met = 0;
-    for (std::uint32_t c = 0; c < width; ++c) met |= std::uint32_t{enter[c] <= leave[c] * fraction_rounding} << c;
+    for (std::uint32_t c = 0; c < native::Bvh::width; ++c) {
+      float first = 0, last = limit;
+      for (int axis = 0; axis < 3; ++axis) {
+        const float lower = node.lower[axis][c], upper = node.upper[axis][c];
+        const float room = half_[axis] + coordinate_rounding * max(abs(lower), abs(upper));
+        const float a = (lower - room - centre_[axis]) * per_way_[axis],
+                    b = (upper + room - centre_[axis]) * per_way_[axis];
+        first = max(first, min(a, b));
+        last = min(last, max(a, b));
+      }
+      enter[c] = first;
+      met |= std::uint32_t{first <= last * fraction_rounding} << c;
+    }
     return met;
   }
 

@@ -1,4 +1,4 @@
-// Many queries at once on the device.
+// Many queries at once on the device; included by the source file of each back end that instantiates them.
 #pragma once
 
 #include <algorithm>

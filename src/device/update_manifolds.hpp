@@ -5,6 +5,7 @@
 #pragma once
 
 #include "collision/collide.hpp"
+#include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/find_pairs.hpp"
 #include "device/joint_arrays.hpp"

@@ -1,5 +1,4 @@
-// The simplex of the distance between two placed shapes, in double precision: see separation.hpp. Pure, for host and
-// device.
+// The simplex of GJK in double precision (gjk.hpp). Pure, for host and device.
 #pragma once
 
 #include <limits>

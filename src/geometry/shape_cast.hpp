@@ -5,8 +5,8 @@
 #pragma once
 
 #include "check/check.hpp"
+#include "geometry/gjk.hpp"
 #include "geometry/query.hpp"
-#include "geometry/separation.hpp"
 
 namespace fathom {
 
@@ -21,7 +21,7 @@ FATHOM_HD bool meets_on_way(const PlacedShape& moving, Vec3 translation, const P
   Separation last;
   Vec3d guess = from_still;
   for (int i = 0; i < max_advances; ++i) {
-    const Separation now = separation(still, moving, fraction * way, guess);
+    const Separation now = separation_of(still, moving, fraction * way, guess);
     // Rounding may put the last advance onto the surface, where there is no normal: use that of the previous round.
     if (now.touch()) {
       if (i == 0) last = now;

@@ -65,7 +65,7 @@ class SurfaceCast {
                 c = to_double(triangle.corners[2]);
     const bool leaves = dot(cross(b - a, c - a), way_) > 0;
     if (!leaves) return meets_on_way(moving_, translation_, still, static_cast<double>(search_limit(end())), hit);
-    const Separation s = separation(still, moving_);
+    const Separation s = separation_of(still, moving_);
     hit = SurfaceHit{0, to_float(still.position + s.on_a), {}, true};
     return s.touch();
   }
