@@ -245,6 +245,38 @@ TEST_P(ManyShapes, OfAnEmptyWorldMeetNothing) {
   for (const auto& list : overlap_all(world, up)) EXPECT_EQ(list, std::vector{body});
 }
 
+// And leave the answers as they were.
+TEST_P(ManyShapes, RefuseWhatOneRefuses) {
+  World world(ManyScene::definition(GetParam()));
+  const BodyId body = world.add(at(sphere(1), {})), gone = world.add(at(sphere(1), {}));
+  world.remove(gone);
+  const Shape ball = sphere(1), ground = flat_mesh(2, 1), pile = cube_of_cubes();
+  const std::vector<ShapeCast> good(300, ShapeCast{&ball, {}, {0, 0, -1}});
+  Hits hits(good.size(), CastHit{.fraction = 7});
+  Lists found(good.size(), {gone});
+  const auto refused = [&](const ShapeCast& bad, const char* text, const QueryFilter& filter = {}) {
+    std::vector<ShapeCast> casts = good;
+    casts[257] = bad;
+    for (const bool is_cast : {true, false}) {
+      if (!is_cast && bad.translation == Vec3{}) continue;
+      try {
+        is_cast ? world.cast_shapes(casts, hits, filter) : world.overlap_shapes(casts, found, filter);
+        ADD_FAILURE() << text;
+      } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+      }
+    }
+  };
+  refused({nullptr, {}, {1, 0, 0}}, "shape 257");
+  refused({&ground, {}, {1, 0, 0}}, "shape 257");
+  refused({&pile, {}, {1, 0, 0}}, "shape 257");
+  refused({&ball, {}, {}}, "shape 257");
+  refused({&ball, {{0, NAN, 0}, 0, {}}, {1, 0, 0}}, "shape 257");
+  refused(good[0], "shapes", {.ignored = {body, gone}});
+  for (const auto& hit : hits) ASSERT_EQ(hit->fraction, 7);
+  for (const auto& list : found) ASSERT_EQ(list, std::vector{gone});
+}
+
 TEST_P(ManyShapes, ChangeNothingOfLaterSteps) {
   ManyScene asked(GetParam(), 3), alone(GetParam(), 3);
   Tally tally;

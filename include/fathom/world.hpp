@@ -385,8 +385,8 @@ class FATHOM_API World {
   /// All hits along the path, each as if the others were absent, nearest first.
   std::vector<CastHit> cast_shape_all(const Shape& shape, const Pose& pose, Vec3 translation,
                                       const QueryFilter& filter = {}) const;
-  /// Overwrites hits[i] with `cast_shape` of casts[i], on the world's threads; with the device simulator, or if the
-  /// filter has a callback, on the caller's. Throws if the sizes differ.
+  /// Overwrites hits[i] with `cast_shape` of casts[i], on the world's threads or its device; a filter's callback is
+  /// called on the caller's thread alone. Throws if the sizes differ.
   void cast_shapes(std::span<const ShapeCast> casts, std::span<std::optional<CastHit>> hits,
                    const QueryFilter& filter = {}) const;
   /// Bodies whose tight bounds overlap the box, ascending.
