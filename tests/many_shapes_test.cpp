@@ -252,7 +252,9 @@ TEST_P(ManyShapes, RefuseWhatOneRefuses) {
   world.remove(gone);
   const Shape ball = sphere(1), ground = flat_mesh(2, 1), pile = cube_of_cubes();
   const std::vector<ShapeCast> good(300, ShapeCast{&ball, {}, {0, 0, -1}});
-  Hits hits(good.size(), CastHit{.fraction = 7});
+  CastHit before;
+  before.fraction = 7;
+  Hits hits(good.size(), before);
   Lists found(good.size(), {gone});
   const auto refused = [&](const ShapeCast& bad, const char* text, const QueryFilter& filter = {}) {
     std::vector<ShapeCast> casts = good;

@@ -14,12 +14,12 @@ namespace fathom::device {
 
 struct AskedShape {
   ShapeType type = ShapeType::box;
-  float radius = 0;
-  Vec3 half_extents;
-  std::uint32_t first_corner = 0;
+  float radius = 0;                ///< m, see Geometry
+  Vec3 half_extents;               ///< m
+  std::uint32_t first_corner = 0;  ///< of a hull, among all corners
   std::int32_t corner_count = 0;
-  Pose pose;
-  Vec3 translation;
+  Pose pose;         ///< where it is, or begins
+  Vec3 translation;  ///< m; not read if it is only placed
 
   FATHOM_HD PlacedShape placed(const Vec3* corners) const {
     Geometry shape{type, radius, half_extents};

@@ -1,7 +1,7 @@
 // The host's search tree of bodies (native/bvh.hpp) on the device, and a moving box's way through it.
 //
-// Like `Bvh::visit`, but eight boxes are tested one after the other. What is found in excess does not matter to the
-// answer as long as no box that the moving one meets is missed: rounding is allowed for as there.
+// Like `Bvh::visit`, in plain loops. What is found in excess does not matter to the answer as long as no box that the
+// moving one meets is missed: rounding is allowed for as there.
 #pragma once
 
 #include <cstdint>
@@ -44,8 +44,8 @@ class BoxSlabs {
     }
   }
 
-  /// Which of a node's children the box meets up to the fraction `limit`, a bit for each; `enter` says where. Loops
-  /// over the children are inside, so that compilers for CPUs use vector instructions.
+  /// Which of a node's children the box meets up to the fraction `limit`, a bit for each; `enter` says where. One
+  /// loop over all children, which compilers for CPUs turn into vector instructions.
   FATHOM_HD std::uint32_t meets(const native::Bvh::Node& node, float limit, float* enter) const {
     std::uint32_t met = 0;
     for (std::uint32_t c = 0; c < native::Bvh::width; ++c) {
