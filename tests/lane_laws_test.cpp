@@ -96,13 +96,12 @@ struct ContactOf {
     L friction() const { return friction_; }
     Friction friction_impulse() const { return friction_impulse_; }
     template <class Bodies>
-    HWY_ATTR void move_arms(Vec normal, L load, L gap, const Bodies& bodies, Vec& arm_a, Vec& arm_b) const {
+    HWY_ATTR void move_arms(Vec normal, L load, const Bodies& bodies, Vec& arm_a, Vec& arm_b) const {
       if constexpr (std::is_same_v<L, float>)
-        fathom::move_arms_midway<L>({half_step_, substeps_, curvature_, share_a_}, load, gap, motion_, bodies, normal,
-                                    arm_a, arm_b);
+        fathom::move_arms_midway<L>({half_step_, substeps_, curvature_, share_a_}, load, motion_, bodies, normal, arm_a,
+                                    arm_b);
       else
-        move_arms_midway<L>({half_step_, substeps_, curvature_, share_a_}, load, gap, motion_, bodies, normal, arm_a,
-                            arm_b);
+        move_arms_midway<L>({half_step_, substeps_, curvature_, share_a_}, load, motion_, bodies, normal, arm_a, arm_b);
     }
   };
   ManifoldOf manifold;

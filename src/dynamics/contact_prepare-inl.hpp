@@ -76,19 +76,16 @@ struct RoundContact {
 /// The present spin tells where the arm will be only if it lasts for a step. So arms move by no more than a quarter of
 /// themselves, and c by no more than a quarter of both radii. And a load N that makes the body swing by itself with the
 /// angular frequency ω, ω² = N |core| / I, turns its spin about within a step Δt where ω Δt > 1; arms then move less.
-/// `load` is N over a substep (N·s), `gap` the separation (m), `motion` has sides with linear, angular and
-/// inverse_mass.
+/// `load` is N over a substep (N·s), `motion` has sides with linear, angular and inverse_mass.
 template <class L, class Motion, class Bodies>
-FATHOM_LANE_FUNCTION void move_arms_midway(const RoundContact<L>& round, L load, L gap, const Motion& motion,
+FATHOM_LANE_FUNCTION void move_arms_midway(const RoundContact<L>& round, L load, const Motion& motion,
                                            const Bodies& bodies, VecOf<L> n, VecOf<L>& arm_a, VecOf<L>& arm_b) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f), four = splat<L>(4.0f), least = splat<L>(1e-6f);
   const L h = round.half_step, share_b = one - round.share_a;
-  // From c, the middle of gap or overlap, to the cores.
-  const L half_gap = splat<L>(0.5f) * gap;
-  const L to_a = select(is_above(share_b, zero), round.curvature / larger(share_b, least) + half_gap, zero);
-  const L to_b = select(is_above(round.share_a, zero), round.curvature / larger(round.share_a, least) + half_gap, zero);
+  const L radius_a = select(is_above(share_b, zero), round.curvature / larger(share_b, least), zero);
+  const L radius_b = select(is_above(round.share_a, zero), round.curvature / larger(round.share_a, least), zero);
   const auto &a = motion.a, &b = motion.b;
-  const VecOf<L> core_a = mul_sub(arm_a, to_a, n), core_b = mul_add(arm_b, to_b, n);
+  const VecOf<L> core_a = mul_sub(arm_a, radius_a, n), core_b = mul_add(arm_b, radius_b, n);
   const VecOf<L> along_a = cross(a.angular, core_a), along_b = cross(b.angular, core_b);
   const VecOf<L> apart = (b.linear + along_b) - (a.linear + along_a), slip = mul_sub(apart, dot(n, apart), n);
   const L push = splat<L>(2.0f) * (h * round.substeps) * load;  // Δt² N
@@ -99,7 +96,7 @@ FATHOM_LANE_FUNCTION void move_arms_midway(const RoundContact<L>& round, L load,
     const auto hangs = is_above(squared * dot(core, up), dot(spin, core) * dot(spin, up));
     return select(hangs, h / mul_add(mul_add(one, four, h * h * squared), swing, swing), zero);
   };
-  const L reach = larger(to_a + to_b, least);
+  const L reach = larger(radius_a + radius_b, least);
   const L slides = one / mul_add(one, four, h * h * dot(slip, slip) / (reach * reach));
   const L moves_a = select(is_above(a.inverse_mass, zero), one, zero);
   const L time_a = moves_a * time(a.angular, core_a, scale(splat<L>(-1.0f), n)), time_b = time(b.angular, core_b, n);
@@ -136,15 +133,13 @@ FATHOM_LANE_FUNCTION L prepare_contact_rows(const Manifold& m, L overlap, const 
   const auto loaded = is_above(load, splat<L>(1e-30f));
   const L share = one / select(loaded, load, larger(near_count, one));
   VecOf<L> c{zero, zero, zero};
-  L gap = zero - overlap;
   for (int i = 0; i < m.end(); ++i) {
     if (!m.has(i)) continue;
     weight[i] = weight[i] * share * select(loaded, m.impulse(i), one);
     c = mul_add(c, weight[i], middle[i]);
-    gap = mul_add(gap, weight[i], separation[i]);
   }
   VecOf<L> arm_a = c, arm_b = c - m.between();
-  m.move_arms(normal, load, gap, bodies, arm_a, arm_b);
+  m.move_arms(normal, load, bodies, arm_a, arm_b);
   const ContactAxesOf<L> axes(normal, m.tangent(), arm_a, arm_b);
   const ContactResponse<L> response = contact_response(axes, bodies);
   L radius_sum = zero;

@@ -142,11 +142,10 @@ struct PosedManifold {
   FATHOM_HD FrictionImpulse<float> friction_impulse() const {
     return {m.friction_impulse[0], m.friction_impulse[1], m.twist_impulse};
   }
-  FATHOM_HD void move_arms(Vec3 normal, float load, float gap, const ContactBodies<Inertia>&, Vec3& arm_a,
-                           Vec3& arm_b) const {
+  FATHOM_HD void move_arms(Vec3 normal, float load, const ContactBodies<Inertia>&, Vec3& arm_a, Vec3& arm_b) const {
     if (occasion.round)
-      move_arms_midway<float>({occasion.half_step, occasion.substeps, m.curvature(), m.share_a()}, load, gap, bodies,
-                              bodies, normal, arm_a, arm_b);
+      move_arms_midway<float>({occasion.half_step, occasion.substeps, m.curvature(), m.share_a()}, load, bodies, bodies,
+                              normal, arm_a, arm_b);
   }
 };
 

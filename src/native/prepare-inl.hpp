@@ -341,13 +341,12 @@ struct PosedManifolds {
   HWY_INLINE V restitution() const { return tangents.w; }
   HWY_INLINE FrictionImpulse<V> friction_impulse() const { return {frictions.x, frictions.y, frictions.z}; }
   template <class Masses>
-  HWY_INLINE void move_arms(Vec3V<V> normal, V load, V gap, const Masses& masses, Vec3V<V>& arm_a,
-                            Vec3V<V>& arm_b) const {
+  HWY_INLINE void move_arms(Vec3V<V> normal, V load, const Masses& masses, Vec3V<V>& arm_a, Vec3V<V>& arm_b) const {
     if constexpr (round) {
       const D d;
       const V curvature = hn::Load(d, lanes.curvature);
       const V half = hn::IfThenElseZero(hn::Gt(curvature, hn::Zero(d)), hn::Set(d, view.half_step));
-      move_arms_midway<V>({half, hn::Set(d, view.substeps), curvature, hn::Load(d, lanes.share_a)}, load, gap,
+      move_arms_midway<V>({half, hn::Set(d, view.substeps), curvature, hn::Load(d, lanes.share_a)}, load,
                           LaneMotion<D>(lanes), masses, normal, arm_a, arm_b);
     }
   }
