@@ -202,7 +202,7 @@ FATHOM_LANE_FUNCTION L soft_coupling_impulse(const CouplingRow<L>& row, const Sw
   const L value = sweep.value(), speed = sweep.velocity() + sweep.drift();
   const L most = choose(row.rigid, splat<L>(max_pull), splat<L>(3e37f));
   const L pull = bounded(row.bias_rate * (value - row.lower), most);
-  const L gain = inverse / mul_add(splat<L>(1.0f), row.compliance, inverse);  // one where there is no compliance
+  const L gain = inverse / mul_add(splat<L>(1.0f), row.compliance, inverse);  // `inverse` itself without compliance
   const L wanted = mul_add(speed + pull, row.compliance, row.impulse);
   const L held = mul_add(row.impulse, zero - row.mass_scale * gain, wanted);
   const L locked = held - row.impulse_scale * row.impulse;
