@@ -103,6 +103,10 @@ class JointLink {
   /// something changes. An axis' limit lets go once per solution, and so does a largest force: two axes whose changes
   /// undo each other's would go on without end, and so would a limit whose rounds do not end where the first one does.
   FATHOM_LANE_FUNCTION Mask revise(const LinkPair& pair, Real h, Mask asks);
+  /// Whether a drive exceeds its largest force according to the rounds' result.
+  FATHOM_LANE_FUNCTION Mask overdrives(const LinkPair& pair) const;
+  /// Puts those drives at their largest force, which they keep in this solution. True where there is one.
+  FATHOM_LANE_FUNCTION Mask restrain(const LinkPair& pair);
   /// Whether held axes will be within `share` (of the arms, or rad) of the rounds' aim.
   FATHOM_LANE_FUNCTION Mask meets(const LinkPair& pair, Real share, Real h);
   FATHOM_LANE_FUNCTION void take_back();
@@ -183,6 +187,14 @@ class JointLink {
   /// `ahead`: where the substep leaves the axis, according to the rounds.
   FATHOM_LANE_FUNCTION Mask revise_limit(int i, Mask asks, Real ahead, Real given, Real after);
   FATHOM_LANE_FUNCTION Mask revise_drive(int i, Mask asks, Real given, Real after);
+  /// Whether a drive exceeds its largest force with the impulse `given`.
+  FATHOM_LANE_FUNCTION Mask exceeds_most(int i, Real given) const {
+    return inverted(either(is_at_most(i), abs(given) <= (1 + drive_slack) * axis(i).most));
+  }
+  /// Calls `act(i, has, given)` for the axes whose drive acts where it `has` a coordinate and no limit holds it;
+  /// `given`: its impulse.
+  template <class Act>
+  FATHOM_LANE_FUNCTION void each_drive(const LinkPair& pair, const Act& act) const;
 
   // Only words as long as a Real: lanes are separated word by word. First what `begin` sets; solutions set the rest.
   Flag is_b_{}, reacts_{}, moves_{};  // same in all lanes
@@ -558,7 +570,7 @@ FATHOM_LANE_FUNCTION void JointLink::note_hit(int i, Mask hits) {
 FATHOM_LANE_FUNCTION Mask JointLink::revise_drive(int i, Mask asks, Real given, Real after) {
   const Real most = axis(i).most;
   const Mask was_at_most = is_at_most(i);
-  const Mask exceeds = both(asks, inverted(either(was_at_most, abs(given) <= (1 + drive_slack) * most)));
+  const Mask exceeds = both(asks, exceeds_most(i, given));
   const Real short_by = select(is_at_minus(i), after - drive_aim(i), drive_aim(i) - after);
   const Mask may_relent = both(both(asks, was_at_most), inverted(has_bit(relented_, i)));
   const Mask suffices = both(may_relent, inverted(short_by >= (1 - drive_slack) * most * axis(i).compliance));
@@ -591,6 +603,32 @@ FATHOM_LANE_FUNCTION Mask JointLink::revise(const LinkPair& pair, Real h, Mask a
                                    now.impulse - of_armature(i, after), after);
     changes = either(changes, either(changes_limit, changes_drive));
   }
+  return changes;
+}
+
+template <class Act>
+FATHOM_LANE_FUNCTION void JointLink::each_drive(const LinkPair& pair, const Act& act) const {
+  for (int i = 0; i < axis_count; ++i) {
+    if (!is_driven(i) || is_locked(i)) continue;
+    const OfAxis now = part_of(i, force_ + force_more_, torque_ + torque_more_);
+    act(i, both(now.has, inverted(is_at_limit(i))), now.impulse - of_armature(i, rate(i, pair)));
+  }
+}
+
+FATHOM_LANE_FUNCTION Mask JointLink::overdrives(const LinkPair& pair) const {
+  Mask does = is_set(Flag{});
+  each_drive(pair, [&](int i, Mask has, Real given) { does = either(does, both(has, exceeds_most(i, given))); });
+  return does;
+}
+
+FATHOM_LANE_FUNCTION Mask JointLink::restrain(const LinkPair& pair) {
+  Mask changes = is_set(Flag{});
+  each_drive(pair, [&](int i, Mask has, Real given) {
+    const Mask exceeds = both(has, exceeds_most(i, given));
+    limits_.at_minus[i] = select(exceeds, flag(given < 0.0f), limits_.at_minus[i]);
+    limits_.at_most[i] = flag(either(is_at_most(i), exceeds));
+    changes = either(changes, exceeds);
+  });
   return changes;
 }
 

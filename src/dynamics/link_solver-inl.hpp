@@ -368,6 +368,14 @@ struct LinkSolver {
   FATHOM_LANE_FUNCTION Mask revise(std::uint32_t i, Real h, Mask asks) const {
     return has_generic(i) ? generic(i).revise(pair_of(i), h, asks) : is_set(Flag{});
   }
+  /// Whether some drive exceeds its largest force …
+  FATHOM_LANE_FUNCTION Mask overdrives(std::uint32_t i) const {
+    return has_generic(i) ? generic(i).overdrives(pair_of(i)) : is_set(Flag{});
+  }
+  /// … and is put at it.
+  FATHOM_LANE_FUNCTION Mask restrain(std::uint32_t i) const {
+    return has_generic(i) ? generic(i).restrain(pair_of(i)) : is_set(Flag{});
+  }
   /// Whether a solution leaves the body with an allowed velocity.
   FATHOM_LANE_FUNCTION Mask is_sound(std::uint32_t i, Real h) const {
     const LinkState& s = state(i);

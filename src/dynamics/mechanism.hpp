@@ -189,12 +189,13 @@ class MechanismSolver : public LinkSolver<Access> {
 
   /// Solves so that anchors meet at the substep's end, or that they do not move against each other. The latter never
   /// adds energy, except for the share of gaps that it closes, whatever the arms do within the substep. Starts again
-  /// where the result activates other limits or saturates drives, which the first round usually shows. Returns whether
-  /// the substep follows all swings.
+  /// where the result activates other limits or saturates drives, which the first round usually shows. Where revisions
+  /// do not settle, drives alone are still held to their largest force: each time at least one more, so this ends.
+  /// Returns whether the substep follows all swings.
   template <bool soft>
   FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead) const {
     for (int revision = 0;; ++revision) {
-      const auto has_to_revise = [&] { return soft && revision < max_revisions && revise(m, h); };
+      const auto has_to_revise = [&] { return soft && (revision < max_revisions ? revise(m, h) : restrain(m)); };
       const bool follows = eliminate_all<soft>(m, h, looks_ahead);
       if (looks_ahead)
         take_first_round(m, h);
@@ -248,6 +249,9 @@ class MechanismSolver : public LinkSolver<Access> {
   }
   FATHOM_HD bool revise(const Mechanism& m, float h) const {
     return !all(m, [&](std::uint32_t i) { return !Base::revise(i, h, true); });
+  }
+  FATHOM_HD bool restrain(const Mechanism& m) const {
+    return !all(m, [&](std::uint32_t i) { return !Base::restrain(i); });
   }
 
   FATHOM_HD void turn_all(const Mechanism& m, bool relaxes) const {

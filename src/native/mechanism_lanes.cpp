@@ -243,6 +243,11 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     each([&](std::uint32_t i) { changes = changes | revise(i, h, asks); });
     return changes;
   }
+  /// Lanes of `asks` in which a drive exceeds its largest force.
+  Mask overdrive(Mask asks) const {
+    if (!wide::anywhere(asks)) return Mask{};
+    return asks & ~all([&](std::uint32_t i) { return ~overdrives(i); });
+  }
   void take_first_round() const {
     look_all_ahead();
     aim_all_ahead();
@@ -263,8 +268,9 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     return went;
   }
   /// Like MechanismSolver's, with look-ahead. Of the lanes `done_here`, returns those in which the substep can follow
-  /// all swings. Lanes wait for those that need other limits: solving them again gives the same result. All lanes have
-  /// their first round with the limits they need before any takes further ones, so that none is repeated for others.
+  /// all swings and no drive exceeds its largest force. Lanes wait for those that need other limits: solving them again
+  /// gives the same result. All lanes have their first round with the limits they need before any takes further ones,
+  /// so that none is repeated for others.
   Mask solve_with_limits(Mask done_here) const {
     Mask agrees = Mask{}, is_done = Mask{};  // the first round needs no other limits; nor do the further ones
     Real revisions{};
@@ -277,7 +283,9 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
       done_here = done_here & all([&](std::uint32_t i) { return can_follow(i, h); });
       each([&](std::uint32_t i) { load_carried(i); });
       take_first_round();
-      const Mask may_revise = done_here & (revisions < eight(static_cast<float>(max_revisions)));
+      const Mask spent = ~(revisions < eight(static_cast<float>(max_revisions)));
+      done_here = done_here & ~overdrive(done_here & spent);
+      const Mask may_revise = done_here & ~spent;
       if (const Mask changes = revise_all(may_revise & ~agrees); wide::anywhere(changes)) {
         agrees = ~changes;
         begin_again(changes);
@@ -285,7 +293,7 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
       }
       const Mask went = take_more_rounds(done_here);
       const Mask changes = revise_all(may_revise & went & ~is_done);
-      if (!wide::anywhere(changes)) return done_here;
+      if (!wide::anywhere(changes)) return done_here & ~overdrive(done_here & spent);
       agrees = is_done = ~changes;
       begin_again(changes);
     }
