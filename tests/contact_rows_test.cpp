@@ -84,7 +84,7 @@ TEST_F(RowsOfContacts, SweepsStayFiniteInTheirConesAndPassive) {
     ASSERT_NEAR(length(m.tangent), 1, 1e-4);
     ContactBodies<SymMat3> bodies{a.body, b.body};
     ContactRows rows;
-    const float nearest = prepare_contact(m, a.pose, b.pose, 0, false, bodies, rows);
+    const float nearest = prepare_contact(m, a.pose, b.pose, {}, bodies, rows);
     ASSERT_TRUE(is_finite(nearest));
     const ContactAxes axes = rows.axes();
     const ContactStep step = contact_step(240, {}, 0);

@@ -144,7 +144,7 @@ TEST_F(InverseInertiaTest, ContactRowsOfCoupledBodies) {
     }
     m.set_build({between, 0, {}}, max_manifold_points);
     ContactRows rows;
-    prepare_contact(m, {}, {between, 0, {}}, 0, false, bodies, rows);
+    prepare_contact(m, {}, {between, 0, {}}, {}, bodies, rows);
     const ContactAxes axes = rows.axes();
 
     // A unit impulse at c changes the velocities by the first row of K.

@@ -70,6 +70,14 @@ struct ContactOf {
     Vec normal_, tangent_, on_a_[max_manifold_points], on_b_[max_manifold_points], between_;
     L impulse_[max_manifold_points], used_[max_manifold_points], friction_;
     Friction friction_impulse_;
+    struct Motion {
+      Vec linear, angular;
+      L inverse_mass;
+    };
+    struct {
+      Motion a, b;
+    } motion_;
+    L half_step_, substeps_, curvature_, share_a_;
 
     static constexpr int end() { return max_manifold_points; }
     static constexpr bool has(int) { return true; }
@@ -87,6 +95,15 @@ struct ContactOf {
     L impulse(int i) const { return impulse_[i]; }
     L friction() const { return friction_; }
     Friction friction_impulse() const { return friction_impulse_; }
+    template <class Bodies>
+    HWY_ATTR void move_arms(Vec normal, L load, L gap, const Bodies& bodies, Vec& arm_a, Vec& arm_b) const {
+      if constexpr (std::is_same_v<L, float>)
+        fathom::move_arms_midway<L>({half_step_, substeps_, curvature_, share_a_}, load, gap, motion_, bodies, normal,
+                                    arm_a, arm_b);
+      else
+        move_arms_midway<L>({half_step_, substeps_, curvature_, share_a_}, load, gap, motion_, bodies, normal, arm_a,
+                            arm_b);
+    }
   };
   ManifoldOf manifold;
   Frame frame;
@@ -233,6 +250,10 @@ class LaneLaws : public testing::Test {
     }
     m.friction_ = extreme ? flag() * magnitude(-3, 1) : uniform(0, 1);
     m.friction_impulse_ = {push * uniform(-1, 1), push * uniform(-1, 1), push * size * uniform(-1, 1)};
+    m.motion_.a = {vector(-1, 1), vector(-1, extreme ? 3 : 1), flag()};
+    m.motion_.b = {vector(-1, 1), vector(-1, extreme ? 3 : 1), 1};
+    m.half_step_ = flag() / 120, m.substeps_ = 4, m.curvature_ = magnitude(-3, 0), m.share_a_ = uniform(-0.5f, 1.5f);
+    m.share_a_ = clamp(m.share_a_, 0.0f, 1.0f);
     c.bounce = flag() * uniform(0, 1), c.acceleration = uniform(-10, 10), c.overlap = flag() * magnitude(-3, -1);
     c.held = flag() * uniform(0, 1), c.rolling_length = flag() * magnitude(-3, -1);
     c.rolling = flag() * vector(-2, 0), c.surfaces = flag() * vector(-1, 0.5f);

@@ -27,6 +27,8 @@ struct PrepareConstraints {
   Constraints<constraint_heads, constraint_rows> constraints;
   Counters* counters;
   float hit_threshold;  ///< m/s
+  float half_step;      ///< s, half a step
+  float substeps;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     group.once([&] { local.points = 0; });
@@ -77,7 +79,8 @@ struct PrepareConstraints {
       pose_a = advanced(pose_a, {both.a.linear, 0, both.a.angular, 0}, time);
       pose_b = advanced(pose_b, {both.b.linear, 0, both.b.angular, 0}, time);
     }
-    float nearest = offset + prepare_contact(m, pose_a, pose_b, offset, contact.round(), both, made);
+    const ContactOccasion occasion{offset, contact.round(), contact.ahead() ? 0 : half_step, substeps};
+    float nearest = offset + prepare_contact(m, pose_a, pose_b, occasion, both, made);
     if (contact.ahead()) nearest = count_back(time, both, made);
     const ContactAxes axes = made.axes();
     look_at_touch(contact, nearest, approaches(axes.velocity(both), made.points, made.count, hit_threshold));

@@ -205,7 +205,8 @@ class Step {
     device_.parallel_groups(
         {&counters_->constraint_groups, (constraints_.capacity + constraint_group_size - 1) / constraint_group_size},
         PrepareConstraints{bodies_, contacts_, joints_, mechanisms_, constraints_, counters_,
-                           settings_.restitution_threshold});
+                           settings_.restitution_threshold, 0.5f * settings_.dt,
+                           static_cast<float>(settings_.solve.substeps)});
     if (has_supports())
       device_.parallel_phases(FindSupports::max_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
                               FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h});

@@ -11,6 +11,9 @@
 
 namespace fathom {
 
+/// Lever of the friction that brakes spin, per radius of curvature of the patch (dynamics/rolling.hpp).
+inline constexpr float spin_lever_share = 0.589f * 0.01f;
+
 /// Anchors of a contact point: two quads.
 struct ContactPointState {
   Vec3 anchor_a;  ///< in A's frame (m)
@@ -42,11 +45,16 @@ struct alignas(16) ContactManifold {
   }
 
   // A contact of a round shape has at most two points. In the slot of the last one's anchors it stores values of its
-  // contact patch: the lever of the friction that brakes spin (m), the rolling resistance length (m), and the rolling
+  // contact patch: curvature (m) and share as in RoundContact, the rolling resistance length (m), and the rolling
   // impulse along tangent, normal × tangent and normal (N·m·s).
-  FATHOM_HD void set_round(float lever, float rolling_length) { points[3].anchor_a = {lever, rolling_length, 0}; }
-  FATHOM_HD float round_lever() const { return points[3].anchor_a.x; }
+  FATHOM_HD void set_round(float curvature, float share_a, float rolling_length) {
+    points[3].anchor_a = {curvature, rolling_length, share_a};
+  }
+  FATHOM_HD float curvature() const { return points[3].anchor_a.x; }
   FATHOM_HD float rolling_length() const { return points[3].anchor_a.y; }
+  FATHOM_HD float share_a() const { return points[3].anchor_a.z; }
+  /// m, of the friction that brakes spin about the normal.
+  FATHOM_HD float spin_lever() const { return spin_lever_share * curvature(); }
   FATHOM_HD Vec3 rolling_impulse() const { return points[3].anchor_b; }
   FATHOM_HD void set_rolling_impulse(Vec3 impulse) { points[3].anchor_b = impulse; }
 

@@ -2,8 +2,9 @@
 //
 // `Manifold` reads one: VecOf<L> normal(), tangent() (world axes); VecOf<L> on_a(i), on_b(i), position of point i on
 // each body, from A's centre (m, world axes); VecOf<L> between(), from A's centre to B's; L impulse(i); L friction();
-// FrictionImpulse<L> friction_impulse(); int end(); bool has(i); a mask used(i). `Rows` has
-// set_frame(ContactAxesOf<L>), set_response, set_friction, set_point and set_friction_impulse.
+// FrictionImpulse<L> friction_impulse(); int end(); bool has(i); a mask used(i); move_arms(normal, load, bodies, arm_a,
+// arm_b), which calls `move_arms_midway` for round contacts. `Rows` has set_frame(ContactAxesOf<L>), set_response,
+// set_friction, set_point and set_friction_impulse.
 
 /// The response K over (n, t1, t2) to impulses at c.
 template <class L, class Bodies>
@@ -54,6 +55,58 @@ FATHOM_LANE_FUNCTION void set_friction_masses(const ContactAxesOf<L>& axes, cons
   row.twist_mass = inverse_or_zero(dot(axes.n, spun_apart(bodies, axes.n)));
 }
 
+/// The shapes of a contact of which one is round, with the radii R_a and R_b.
+template <class L>
+struct RoundContact {
+  L half_step;  ///< s, half a step; 0: its arms stay
+  L substeps;   ///< in a step
+  L curvature;  ///< m, R_a R_b / (R_a + R_b), or the radius of the only round body
+  L share_a;    ///< R_a / (R_a + R_b); 1 where only B is round, 0 where only A is
+};
+
+/// Moves the arms of a round contact to where they will be in the middle of the step. Forces act along them for the
+/// whole step. Along those of its beginning they lag behind by half of it, and what rocks or hangs gains energy: a ring
+/// on a peg swings up by itself, as with any explicit rule for an oscillator. The arm to the core of a round shape, a
+/// capsule's axis or a ball's centre, turns with the body; the rest, R n, keeps its direction. c moves with the cores,
+/// and along a body that is not round with the core of the other.
+///
+/// Only what hangs needs this: a body whose load pushes the core back over its centre as it turns. A load that presses
+/// it over, as on most bodies of a heap, gains from the lag: it damps.
+///
+/// The present spin tells where the arm will be only if it lasts for a step. So arms move by no more than a quarter of
+/// themselves, and c by no more than a quarter of both radii. And a load N that makes the body swing by itself with the
+/// angular frequency ω, ω² = N |core| / I, turns its spin about within a step Δt where ω Δt > 1; arms then move less.
+/// `load` is N over a substep (N·s), `gap` the separation (m), `motion` has sides with linear, angular and
+/// inverse_mass.
+template <class L, class Motion, class Bodies>
+FATHOM_LANE_FUNCTION void move_arms_midway(const RoundContact<L>& round, L load, L gap, const Motion& motion,
+                                           const Bodies& bodies, VecOf<L> n, VecOf<L>& arm_a, VecOf<L>& arm_b) {
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f), four = splat<L>(4.0f), least = splat<L>(1e-6f);
+  const L h = round.half_step, share_b = one - round.share_a;
+  // From c, the middle of gap or overlap, to the cores.
+  const L half_gap = splat<L>(0.5f) * gap;
+  const L to_a = select(is_above(share_b, zero), round.curvature / larger(share_b, least) + half_gap, zero);
+  const L to_b = select(is_above(round.share_a, zero), round.curvature / larger(round.share_a, least) + half_gap, zero);
+  const auto &a = motion.a, &b = motion.b;
+  const VecOf<L> core_a = mul_sub(arm_a, to_a, n), core_b = mul_add(arm_b, to_b, n);
+  const VecOf<L> along_a = cross(a.angular, core_a), along_b = cross(b.angular, core_b);
+  const VecOf<L> apart = (b.linear + along_b) - (a.linear + along_a), slip = mul_sub(apart, dot(n, apart), n);
+  const L push = splat<L>(2.0f) * (h * round.substeps) * load;  // Δt² N
+  // How long an arm turns; `up` points to where the load pushes the body.
+  const auto time = [&](VecOf<L> spin, VecOf<L> core, VecOf<L> up) FATHOM_LANE_LAMBDA {
+    const L squared = dot(spin, spin), response = dot(spin, spun_apart(bodies, spin));
+    const L swing = push * root(dot(core, core)) * (response / larger(squared, splat<L>(1e-12f)));
+    const auto hangs = is_above(squared * dot(core, up), dot(spin, core) * dot(spin, up));
+    return select(hangs, h / mul_add(mul_add(one, four, h * h * squared), swing, swing), zero);
+  };
+  const L reach = larger(to_a + to_b, least);
+  const L slides = one / mul_add(one, four, h * h * dot(slip, slip) / (reach * reach));
+  const L moves_a = select(is_above(a.inverse_mass, zero), one, zero);
+  const L time_a = moves_a * time(a.angular, core_a, scale(splat<L>(-1.0f), n)), time_b = time(b.angular, core_b, n);
+  arm_a = mul_add(arm_a, time_a, mul_add(along_a, round.share_a * slides, slip));
+  arm_b = mul_add(arm_b, time_b, mul_sub(along_b, share_b * slides, slip));
+}
+
 /// Sets frame, points and starting impulses; `overlap` (m) of the depth counts as touching. Returns the nearest points'
 /// separation (m), with the overlap added.
 template <class L, class Manifold, class Rows, class Bodies>
@@ -83,12 +136,16 @@ FATHOM_LANE_FUNCTION L prepare_contact_rows(const Manifold& m, L overlap, const 
   const auto loaded = is_above(load, splat<L>(1e-30f));
   const L share = one / select(loaded, load, larger(near_count, one));
   VecOf<L> c{zero, zero, zero};
+  L gap = zero - overlap;
   for (int i = 0; i < m.end(); ++i) {
     if (!m.has(i)) continue;
     weight[i] = weight[i] * share * select(loaded, m.impulse(i), one);
     c = mul_add(c, weight[i], middle[i]);
+    gap = mul_add(gap, weight[i], separation[i]);
   }
-  const ContactAxesOf<L> axes(normal, m.tangent(), c, c - m.between());
+  VecOf<L> arm_a = c, arm_b = c - m.between();
+  m.move_arms(normal, load, gap, bodies, arm_a, arm_b);
+  const ContactAxesOf<L> axes(normal, m.tangent(), arm_a, arm_b);
   const ContactResponse<L> response = contact_response(axes, bodies);
   L radius_sum = zero;
   for (int i = 0; i < m.end(); ++i) {

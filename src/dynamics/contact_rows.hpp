@@ -103,14 +103,28 @@ struct ContactBodies {
   FATHOM_HD auto inverse_of_b() const { return fathom::inverse_inertia(b.inverse_mass, b.inverse_inertia); }
 };
 
+/// What is known of a manifold's contact beside the manifold.
+struct ContactOccasion {
+  float overlap = 0;    ///< m of the depth that counts as touching
+  bool round = false;   ///< one of the bodies is round (dynamics/rolling.hpp)
+  float half_step = 0;  ///< s, see RoundContact
+  float substeps = 1;   ///< in a step
+};
+
 /// A manifold between bodies at two poses.
+template <class Inertia>
 struct PosedManifold {
   const ContactManifold& m;
+  const ContactOccasion& occasion;
+  const ContactBodies<Inertia>& bodies;
   Mat3 rot_a, rot_b;
   Vec3 apart;  ///< m, from A's centre to B's
 
-  FATHOM_HD PosedManifold(const ContactManifold& manifold, const Pose& pose_a, const Pose& pose_b)
+  FATHOM_HD PosedManifold(const ContactManifold& manifold, const Pose& pose_a, const Pose& pose_b,
+                          const ContactOccasion& of, const ContactBodies<Inertia>& both)
       : m(manifold),
+        occasion(of),
+        bodies(both),
         rot_a(to_matrix(pose_a.rotation)),
         rot_b(to_matrix(pose_b.rotation)),
         apart(pose_b.position - pose_a.position) {}
@@ -128,18 +142,25 @@ struct PosedManifold {
   FATHOM_HD FrictionImpulse<float> friction_impulse() const {
     return {m.friction_impulse[0], m.friction_impulse[1], m.twist_impulse};
   }
+  FATHOM_HD void move_arms(Vec3 normal, float load, float gap, const ContactBodies<Inertia>&, Vec3& arm_a,
+                           Vec3& arm_b) const {
+    if (occasion.round)
+      move_arms_midway<float>({occasion.half_step, occasion.substeps, m.curvature(), m.share_a()}, load, gap, bodies,
+                              bodies, normal, arm_a, arm_b);
+  }
 };
 
-/// Sets the rows of a manifold between bodies at `pose_a` and `pose_b`; `overlap` (m) of the depth counts as touching;
-/// `round`: one of the bodies is round (dynamics/rolling.hpp). Returns the nearest points' separation (m).
+/// Sets the rows of a manifold between bodies at `pose_a` and `pose_b`. Returns the nearest points' separation (m).
 template <class Inertia>
-FATHOM_HD float prepare_contact(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b, float overlap,
-                                bool round, const ContactBodies<Inertia>& bodies, ContactRows& rows) {
+FATHOM_HD float prepare_contact(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b,
+                                const ContactOccasion& occasion, const ContactBodies<Inertia>& bodies,
+                                ContactRows& rows) {
   rows.count = m.point_count();
   rows.impulses = {};
-  const float nearest = prepare_contact_rows(PosedManifold(m, pose_a, pose_b), overlap, bodies, rows);
-  if (round) rows.frame.friction.patch_radius += m.round_lever();
-  return nearest - overlap;
+  const float nearest =
+      prepare_contact_rows(PosedManifold(m, pose_a, pose_b, occasion, bodies), occasion.overlap, bodies, rows);
+  if (occasion.round) rows.frame.friction.patch_radius += m.spin_lever();
+  return nearest - occasion.overlap;
 }
 
 /// Sets the effective masses in the rows to those between `bodies`, whose masses have changed.

@@ -146,7 +146,7 @@ FATHOM_HD float prepare_contact_ahead(const ContactManifold& m, const Pose& pose
                                       bool round, const ContactBodies<Inertia>& bodies, ContactRows& rows) {
   const Pose at_a = advanced(pose_a, {bodies.a.linear, 0, bodies.a.angular, 0}, time);
   const Pose at_b = advanced(pose_b, {bodies.b.linear, 0, bodies.b.angular, 0}, time);
-  prepare_contact(m, at_a, at_b, 0.0f, round, bodies, rows);
+  prepare_contact(m, at_a, at_b, {0, round, 0}, bodies, rows);
   return count_back(time, bodies, rows);
 }
 

@@ -16,15 +16,13 @@ namespace fathom {
 
 FATHOM_HD bool is_round(ShapeType shape) { return shape == ShapeType::sphere || shape == ShapeType::capsule; }
 
-/// Lever of the friction that brakes spin, per radius of curvature of the patch.
-inline constexpr float spin_lever = 0.589f * 0.01f;
-
-/// Sets a round contact's couples: `radius` (m) is 0 for shapes that are not round. Once there is no resistance any
-/// more, the impulse that it had is not carried on.
+/// Sets a round contact's shapes and couples: `radius` (m) is 0 for shapes that are not round. Once there is no
+/// resistance any more, the impulse that it had is not carried on.
 FATHOM_HD void set_round(ContactManifold& m, float radius_a, float radius_b, float resistance_a, float resistance_b) {
   const float largest = max(radius_a, radius_b), least = min(radius_a, radius_b);
   const float curvature = least > 0 ? least * largest / (least + largest) : largest;
-  m.set_round(spin_lever * curvature, max(resistance_a, resistance_b) * largest);
+  const float share_a = least > 0 ? radius_a / (radius_a + radius_b) : radius_a > 0 ? 0.0f : 1.0f;
+  m.set_round(curvature, share_a, max(resistance_a, resistance_b) * largest);
   if (!(m.rolling_length() > 0)) m.set_rolling_impulse({});
 }
 

@@ -124,8 +124,9 @@ template <class Inertia>
 void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   const auto bodies = bodies_of<Inertia>(row);
   const Pose &pose_a = state_.poses[row.a], &pose_b = state_.poses[row.b];
+  const ContactOccasion occasion{c.slack.offset(), c.round, 0.5f * def_.dt, static_cast<float>(def_.solver.substeps)};
   row.nearest = c.ahead ? prepare_contact_ahead(m, pose_a, pose_b, m.step_impulse, c.round, bodies, row.rows)
-                        : prepare_contact(m, pose_a, pose_b, c.slack.offset(), c.round, bodies, row.rows);
+                        : prepare_contact(m, pose_a, pose_b, occasion, bodies, row.rows);
   const ContactAxes axes = row.rows.axes();
   if (c.by_direction) {
     const FrictionEllipse ellipse = graph_.friction_ellipse(row.contact, axes.n);

@@ -37,6 +37,8 @@ struct LaneContacts {
   HWY_ALIGN float counts[width];
   HWY_ALIGN float offsets[width];
   HWY_ALIGN float held[width];
+  HWY_ALIGN float curvature[width];  // of round contacts, if the block has some; else 0
+  HWY_ALIGN float share_a[width];
   HWY_ALIGN std::int32_t touch_bits[width];
 
   HWY_INLINE QuadV<V> quad(const float* const* objects, std::size_t offset) const {
@@ -135,7 +137,7 @@ HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indi
     const Contact& c = constrained.contacts[indices[i]];
     if (!c.round) continue;
     const ContactManifold& m = constrained.manifolds[c.manifold];
-    block.at(patch_radius)[i] += m.round_lever();
+    block.at(patch_radius)[i] += m.spin_lever();
     length[i] = m.rolling_length();
     block.header().rolls |= length[i] > 0;
     for (int axis = 0; axis < 3; ++axis) impulse[axis][i] = m.rolling_impulse()[axis];
@@ -271,18 +273,50 @@ HWY_NOINLINE void note_closing(const Block<D>& block, const LaneContacts<D>& lan
   block.header().closing = lane_bits<D>(hn::Gt(approach, hn::Set(d, threshold)));
 }
 
-/// The manifolds of a block's lanes at their bodies' poses, as `prepare_contact_rows` reads them.
+/// The bodies of a block's lanes as the step begins.
 template <class D>
+struct LaneMotion {
+  using V = hn::Vec<D>;
+  struct Side {
+    Vec3V<V> linear, angular;
+    V inverse_mass;
+
+    HWY_INLINE Side(const LaneContacts<D>& lanes, const float* const* bodies)
+        : linear(lanes.quad(bodies, 0).xyz()),
+          angular(lanes.quad(bodies, 4).xyz()),
+          inverse_mass(lanes.quad(bodies, 8).w) {}
+  };
+  Side a, b;
+
+  HWY_INLINE explicit LaneMotion(const LaneContacts<D>& lanes) : a(lanes, lanes.body_a), b(lanes, lanes.body_b) {}
+};
+
+/// Reads what `move_arms_midway` wants of the block's round contacts.
+template <class D>
+HWY_NOINLINE void locate_round(LaneContacts<D>& lanes, const std::uint32_t* indices, const Constrained& constrained) {
+  for (std::size_t i = 0; i < Block<D>::width; ++i) {
+    lanes.curvature[i] = lanes.share_a[i] = 0;
+    if (indices[i] == none || !constrained.contacts[indices[i]].round) continue;
+    const ContactManifold& m = constrained.manifolds[constrained.contacts[indices[i]].manifold];
+    lanes.curvature[i] = m.curvature(), lanes.share_a[i] = m.share_a();
+  }
+}
+
+/// The manifolds of a block's lanes at their bodies' poses, as `prepare_contact_rows` reads them; `round`: some are of
+/// round contacts.
+template <class D, bool round>
 struct PosedManifolds {
   using V = hn::Vec<D>;
   const LaneContacts<D>& lanes;
+  const BodiesView& view;
   int max_points;
   Mat3V<V> rot_a, rot_b;
   Vec3V<V> apart;
   QuadV<V> normals, tangents, impulses, frictions;
 
-  HWY_INLINE PosedManifolds(const LaneContacts<D>& of, int most)
+  HWY_INLINE PosedManifolds(const LaneContacts<D>& of, int most, const BodiesView& bodies)
       : lanes(of),
+        view(bodies),
         max_points(most),
         rot_a(rotation(of.quad(of.pose_a, 4))),
         rot_b(rotation(of.quad(of.pose_b, 4))),
@@ -306,6 +340,17 @@ struct PosedManifolds {
   HWY_INLINE V friction() const { return normals.w; }
   HWY_INLINE V restitution() const { return tangents.w; }
   HWY_INLINE FrictionImpulse<V> friction_impulse() const { return {frictions.x, frictions.y, frictions.z}; }
+  template <class Masses>
+  HWY_INLINE void move_arms(Vec3V<V> normal, V load, V gap, const Masses& masses, Vec3V<V>& arm_a,
+                            Vec3V<V>& arm_b) const {
+    if constexpr (round) {
+      const D d;
+      const V curvature = hn::Load(d, lanes.curvature);
+      const V half = hn::IfThenElseZero(hn::Gt(curvature, hn::Zero(d)), hn::Set(d, view.half_step));
+      move_arms_midway<V>({half, hn::Set(d, view.substeps), curvature, hn::Load(d, lanes.share_a)}, load, gap,
+                          LaneMotion<D>(lanes), masses, normal, arm_a, arm_b);
+    }
+  }
 
  private:
   HWY_INLINE static Mat3V<V> rotation(const QuadV<V>& q) { return to_matrix(D(), q.x, q.y, q.z, q.w); }
@@ -330,14 +375,12 @@ struct LaneMasses {
   HWY_INLINE const Inertia& inverse_of_b() const { return b; }
 };
 
-/// Prepares the rows of one block. Returns the number of its points.
-template <class D>
-HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32_t* indices,
-                                        const Constrained& constrained, const BodiesView& view) {
+/// Prepares the rows of a block whose lanes have been located.
+template <bool round, class D>
+HWY_INLINE void prepare_located(const Block<D>& block, const LaneContacts<D>& lanes, const std::uint32_t* indices,
+                                const Constrained& constrained, const BodiesView& view) {
   const D d;
-  LaneContacts<D> lanes;
-  const std::size_t point_count = locate_lanes(block, indices, constrained, view, lanes);
-  const PosedManifolds<D> manifolds(lanes, block.header().max_points);
+  const PosedManifolds<D, round> manifolds(lanes, block.header().max_points, view);
   const LaneMasses<D> masses(lanes);
   const auto offset = hn::Load(d, lanes.offsets);
   ContactRows<D> rows{block};
@@ -357,9 +400,29 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
                                                                load_acceleration(block.a(), view, masses.a.mass)));
   }
   if (view.any_fast) note_closing(block, lanes, constrained.touches.hit_threshold);
-  if (block.header().round) prepare_round(block, indices, constrained);
+  if constexpr (round) prepare_round(block, indices, constrained);
   if (block.header().ahead) prepare_ahead(block, indices, constrained, view);
   if (block.header().surface) prepare_surfaces(block, indices, constrained);
+}
+
+/// Out of line, so that it costs other blocks nothing.
+template <class D>
+HWY_NOINLINE void prepare_with_round(const Block<D>& block, LaneContacts<D>& lanes, const std::uint32_t* indices,
+                                     const Constrained& constrained, const BodiesView& view) {
+  locate_round(lanes, indices, constrained);
+  prepare_located<true>(block, lanes, indices, constrained, view);
+}
+
+/// Prepares the rows of one block. Returns the number of its points.
+template <class D>
+HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32_t* indices,
+                                        const Constrained& constrained, const BodiesView& view) {
+  LaneContacts<D> lanes;
+  const std::size_t point_count = locate_lanes(block, indices, constrained, view, lanes);
+  if (block.header().round)
+    prepare_with_round(block, lanes, indices, constrained, view);
+  else
+    prepare_located<false>(block, lanes, indices, constrained, view);
   return point_count;
 }
 

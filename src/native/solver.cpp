@@ -390,6 +390,8 @@ BodiesView ContactSolver::view() {
           swings(),
           mechanisms_.direct(),
           any_fast_.load(std::memory_order_relaxed),
+          0.5f * def_.dt,
+          static_cast<float>(def_.solver.substeps),
           watches_loads() ? lasting_depth(bodies_.min_half_thickness()) : 1e30f};
 }
 

@@ -39,6 +39,8 @@ struct BodiesView {
   const std::uint8_t* swings = nullptr;   ///< see BodyState; null without joints
   const std::uint8_t* direct = nullptr;   ///< by joint, 1: its mechanism is solved directly; null if none is
   bool any_fast = true;                   ///< some body may approach another faster than the hit threshold
+  float half_step = 0;                    ///< s, half a step
+  float substeps = 1;                     ///< in a step
   float min_deep = 1e30f;                 ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
 };
 

@@ -21,8 +21,8 @@ constexpr std::array<Golden, 8> golden_runs{{
     {"layers", 500, 300, soft, tree, {0x77e27c1c443f4ef2, 0xe590ad0244bf0a01}, {0x1b6bf25900327c4e, 0x183c7f9df2a6a2d9}},
     {"spread", 400, 240, soft, tree, {0x33300bb7781e4636, 0xc1c095d2eaf3b09a}, {0x9a2abd8fd3cec393, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0xb2ef1a6e43683717, 0x18b2f79c339abe39}, {0x438f721449375aea, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0x4bd3d7d111342115, 0x190d6568b244f946}, {0x5fb26581dfb02417, 0xc62c5cba031d5a65}},
-    {"stream", 200, 240, soft, tree, {0x10730d1551e9a31c, 0x862f76d2dc9e6ed1}, {0x4a48c828f2e75cae, 0x46a7e8715b0d6a8e}},
+    {"columns", 60, 300, soft, tree, {0x2e312412e8046c11, 0x14347b0b262c1d27}, {0x5566ce2e7a9aa705, 0x108e4ac17b378b0e}},
+    {"stream", 200, 240, soft, tree, {0xc0db48880493853b, 0x1562f12c8a14391d}, {0x5de3943fdd89ad19, 0xbf5542b6a402e658}},
     {"layers", 500, 300, soft, sweep, {0x77e27c1c443f4ef2, 0x1d824584330b9c39}, {0x1b6bf25900327c4e, 0x183c7f9df2a6a2d9}},
     {"layers", 500, 300, impulse, tree, {0x939aca8ebc274288, 0xc33ff3c1f0d10db9}, {0x942feaae33359e4f, 0x3c16a7ad8019d901}},
 }};
