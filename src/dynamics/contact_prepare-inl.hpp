@@ -33,10 +33,16 @@ FATHOM_LANE_FUNCTION L mass_at(const ContactResponse<L>& k, L x, L y) {
   return inverse_or_zero(mul_sub(mul_add(h_n, y, h_1), x, h_2));
 }
 
-/// Effective masses of sliding at c and of twisting about the normal.
+/// Effective masses of sliding at c and of twisting about the normal. `impulse` and `load`: those of friction and of
+/// the points in the last substep.
+///
+/// The inverse of the tangential matrix K stops both directions at once. But an impulse that is then cut to its limit
+/// points along K⁻¹ v, not against the sliding velocity v: a long box that slides at an angle to its axes would curve.
+/// Projected impulses settle against v if both directions have the same mass, and at all if that is no more than the
+/// smaller one. So a patch that slides, whose friction is near its limit, gets this mass.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void set_friction_masses(const ContactAxesOf<L>& axes, const Bodies& bodies,
-                                              ContactFriction<L>& row) {
+                                              const FrictionImpulse<L>& impulse, L load, ContactFriction<L>& row) {
   const VecOf<L> a1 = cross(axes.arm_a, axes.t1), a2 = cross(axes.arm_a, axes.t2);
   const VecOf<L> b1 = cross(axes.arm_b, axes.t1), b2 = cross(axes.arm_b, axes.t2);
   const auto& a = bodies.inverse_of_a();
@@ -52,6 +58,16 @@ FATHOM_LANE_FUNCTION void set_friction_masses(const ContactAxesOf<L>& axes, cons
   row.slide_11 = s22 * inverse_det;
   row.slide_12 = splat<L>(0.0f) - s12 * inverse_det;
   row.slide_22 = s11 * inverse_det;
+  const L limit = splat<L>(slides_at) * row.coefficient * load, most = limit * limit;
+  const L squared = mul_add(impulse.slide_2 * impulse.slide_2, impulse.slide_1, impulse.slide_1);
+  if (any_above(squared, most)) {
+    const auto slides = is_above(squared, most);
+    const L half = splat<L>(0.5f), mean = half * (s11 + s22), off = half * (s11 - s22);
+    const L smaller_mass = inverse_or_zero(mean + root(mul_add(s12 * s12, off, off)));
+    row.slide_11 = select(slides, smaller_mass, row.slide_11);
+    row.slide_12 = select(slides, splat<L>(0.0f), row.slide_12);
+    row.slide_22 = select(slides, smaller_mass, row.slide_22);
+  }
   row.twist_mass = inverse_or_zero(dot(axes.n, spun_apart(bodies, axes.n)));
 }
 
@@ -158,10 +174,11 @@ FATHOM_LANE_FUNCTION L prepare_contact_rows(const Manifold& m, L overlap, const 
   ContactFriction<L> friction;
   friction.coefficient = m.friction();
   friction.patch_radius = splat<L>(patch_share) * radius_sum;
-  set_friction_masses(axes, bodies, friction);
+  const FrictionImpulse<L> last = m.friction_impulse();
+  set_friction_masses(axes, bodies, last, load, friction);
   rows.set_frame(axes);
   rows.set_response(response);
   rows.set_friction(friction);
-  rows.set_friction_impulse(m.friction_impulse());
+  rows.set_friction_impulse(last);
   return nearest;
 }

@@ -170,7 +170,7 @@ FATHOM_HD void weigh(const ContactBodies<Inertia>& bodies, ContactRows& rows) {
   rows.frame.response = contact_response(axes, bodies);
   for (int i = 0; i < max_manifold_points; ++i)
     if (rows.has(i)) rows.points[i].mass = mass_at(rows.frame.response, rows.points[i].x, rows.points[i].y);
-  set_friction_masses(axes, bodies, rows.frame.friction);
+  set_friction_masses(axes, bodies, rows.friction_impulse(), rows.impulses.sum(), rows.frame.friction);
 }
 
 /// Parameters of a sweep with this softness.

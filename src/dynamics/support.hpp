@@ -234,6 +234,7 @@ FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, f
 /// The part of its friction that a contact gives up for redistribution (`support_renewal`).
 FATHOM_HD SupportChange given_up(const ContactImpulses& impulses) {
   SupportChange change{};
+  for (int i = 0; i < max_manifold_points; ++i) change.normal[i] = -support_renewal * impulses.normal[i];
   change.slide_1 = -support_renewal * impulses.slide_1;
   change.slide_2 = -support_renewal * impulses.slide_2;
   change.twist = -support_renewal * impulses.twist;

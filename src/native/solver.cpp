@@ -553,10 +553,11 @@ template <class Act>
 void ContactSolver::finish_all(const Act& act) {
   const Constrained constrained = this->constrained();
   const float kept = overlap_kept(def_.dt);
+  const LoadWatch watch = load_watch();
   layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) {
-    wide_.store(wide_blocks_, begin, end, layout_.lanes(), constrained, kept, load_watch());
+    wide_.store(wide_blocks_, begin, end, layout_.lanes(), constrained, kept, watch);
   });
-  single_.store(single_blocks_, 0, single_count_, overflow_.data(), constrained, kept, load_watch());
+  single_.store(single_blocks_, 0, single_count_, overflow_.data(), constrained, kept, watch);
   layout_.for_each_part_of_bodies(
       [&](std::size_t begin, std::size_t end) { act(layout_.bodies().subspan(begin, end - begin)); });
 }
@@ -568,8 +569,8 @@ void ContactSolver::finish_domains(const Act& act) {
   const Unit* const units = layout_.units().data();
   const std::size_t first = units[count].blocks.begin, across = layout_.blocks() - first;
   const Constrained constrained = this->constrained();
-  const auto store = [&, kept = overlap_kept(def_.dt)](std::size_t begin, std::size_t end) {
-    wide_.store(wide_blocks_, begin, end, layout_.lanes(), constrained, kept, load_watch());
+  const auto store = [&, kept = overlap_kept(def_.dt), watch = load_watch()](std::size_t begin, std::size_t end) {
+    wide_.store(wide_blocks_, begin, end, layout_.lanes(), constrained, kept, watch);
   };
   const InDomains work(*this);
   work.for_each_first([&](const Unit& unit) {

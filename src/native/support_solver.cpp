@@ -20,7 +20,7 @@ constexpr float not_a_member = -1;
 
 }  // namespace
 
-float SupportSolver::stiffness() const {
+float SupportSolver::contact_stiffness() const {
   const float gravity = length(def_.gravity);
   if (!(gravity > 0)) return 0;
   const float omega = 2 * pi * contact_hertz(def_.solver, def_.dt / static_cast<float>(def_.solver.substeps));
@@ -30,10 +30,11 @@ float SupportSolver::stiffness() const {
 void SupportSolver::update(std::span<const std::uint32_t> in_contact, const ConstraintLayout& layout, bool has_moved,
                            std::uint64_t step) {
   overloads_.resize(state_.size());  // benchmarks fill a state without a simulator
-  const bool has_weight = stiffness() > 0;
+  stiffness_ = contact_stiffness();
+  const bool has_weight = stiffness_ > 0;
   // What was found under gravity is not valid without: bodies and contacts come and go.
   if (!has_weight) support_graph_.clear();
-  const bool is_new = has_weight && support_graph_.update(in_contact, overloads_, stiffness(), step);
+  const bool is_new = has_weight && support_graph_.update(in_contact, overloads_, stiffness_, step);
   const bool any = !support_graph_.empty();
   if (any) {
     if (is_new || has_moved) {

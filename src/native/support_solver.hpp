@@ -20,8 +20,8 @@ class SupportSolver {
       : def_(def), bodies_(bodies), state_(state), graph_(graph), support_graph_(bodies, state, graph) {}
 
   Overloads& overloads() { return overloads_; }
-  /// ω² / g of contacts, as for `sweep_load` (1/m); 0 without gravity.
-  float stiffness() const;
+  /// ω² / g of contacts in this step, as for `sweep_load` (1/m); 0 without gravity.
+  float stiffness() const { return stiffness_; }
 
   /// Finds structures among the bodies in contact, and their constraints in the layout. `has_moved`: the layout has
   /// changed since the last step.
@@ -88,6 +88,8 @@ class SupportSolver {
   };
   class SupportsOf;
 
+  /// See `stiffness`.
+  float contact_stiffness() const;
   const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
   float inverse_mass(std::uint32_t i) const { return state_.solver_bodies()[member(i).slot].inverse_mass; }
   void find_bases();
@@ -123,6 +125,7 @@ class SupportSolver {
     float fall = 0;              ///< m/s, velocity from gravity in a substep
     Base base;
   };
+  float stiffness_ = 0;  ///< see `stiffness`
   std::vector<StructureState> structures_;
   std::vector<Body> body_;              // by member
   std::vector<Contact> contact_;        // by support
