@@ -24,11 +24,11 @@ struct FindSupports {
   static constexpr std::uint32_t first_phases = 4;  ///< forget, join, note, admit
   static constexpr std::uint32_t max_phases = first_phases + max_levels + 2 + 1 + max_levels + 1;
 
-  Bodies<body_islands, body_supports> bodies;
+  Bodies<body_islands, body_supports, body_state, body_solver> bodies;
   Contacts<> contacts;
   Constraints<constraint_heads, constraint_supports> constraints;
   Counters* counters;
-  float h;  ///< s, a substep
+  float h, dt;  ///< s, a substep and a step
 
   FATHOM_HD std::uint32_t phases() const {
     const bool is_due = counters->overloaded_step == counters->step && counters->constraints > 0;
@@ -251,6 +251,7 @@ struct FindSupports {
       s.held = 0;
       return;
     }
+    carry_along(i, structure);
     add_energy(i, structure);
     if (s.level == 0) return;
     if (is_anew())
@@ -266,6 +267,16 @@ struct FindSupports {
     bodies.by_level[counters->level[s.level].first + index] = i;
   }
 
+  /// See `fathom::carried_along`.
+  FATHOM_HD void carry_along(std::uint32_t i, const Structure& structure) const {
+    const float scale = inertia_scale(bodies, *counters, i), fall = length(counters->gravity) * dt;
+    if (!(scale > 1) || !structure.has_one_base()) return;
+    const Vec3 base = common_motion(bodies, structure, i).linear;
+    const Vec3 gained = carried_along(bodies.support[i].base.change_to(base, counters->step, fall), scale, fall);
+    bodies.velocities[i].linear += gained;
+    Quad& linear = bodies.solver[i].linear;
+    linear = quad(linear.xyz() + gained, linear.w);
+  }
   /// Adds mass in units of the heaviest body's, and kinetic energy in units of its maximum (see `is_calm`).
   FATHOM_HD void add_energy(std::uint32_t i, Structure& structure) const {
     const Velocity common = common_motion(bodies, structure, i);

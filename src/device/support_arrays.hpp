@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "device/tuning.hpp"
+#include "dynamics/overload.hpp"
 #include "dynamics/support.hpp"
 
 namespace fathom::device {
@@ -30,6 +31,7 @@ struct alignas(16) BodySupport {
   std::uint32_t structure = 0;  ///< least index among bodies that press on each other, within a step
   float held = 0;               ///< fraction of the last direct solution, 0 without one
   float heaviest = 0;           ///< kg, of the structure's bodies when structures were last determined
+  BaseMotion base;
 };
 
 /// A body's node in the graph of supports, within a step.

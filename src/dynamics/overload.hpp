@@ -9,6 +9,7 @@
 // Dynamics", Computer Graphics Forum 36(2), 2017, also add inertia in proportion to the load.)
 #pragma once
 
+#include <cstdint>
 #include <fathom/math.hpp>
 
 #include "dynamics/tuning.hpp"
@@ -55,6 +56,30 @@ FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_su
   const float most = max(max_inertia * heaviest * inverse_mass, 1.0f);
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
+
+/// What a body with added inertia gains (m/s) as the velocity of what it stands on changes by `change` (m/s) between
+/// two steps. The added part is carried along, or the body would resist the acceleration with more inertia than its
+/// friction, which follows the true weight, can overcome: loads would slide off a truck that pulls away. `fall` (m/s):
+/// what a fall gains in a step. Friction changes no velocity by much more than that, so neither does this.
+FATHOM_HD Vec3 carried_along(Vec3 change, float inertia_scale, float fall) {
+  const float size = length(change);
+  return (1 - 1 / inertia_scale) * min(1.0f, fall / max(size, 1e-20f)) * change;
+}
+
+/// How what a body stands on moves, from step to step.
+struct BaseMotion {
+  Vec3 velocity;           ///< m/s, at the body's centre
+  std::uint32_t step = 0;  ///< in which that was
+
+  /// By how much (m/s) the velocity changes with this step, in which it is `now`. If it was not noted in the last step,
+  /// the base was at rest, unless it is too fast for that.
+  FATHOM_HD Vec3 change_to(Vec3 now, std::uint32_t this_step, float fall) {
+    const bool is_known = step + 1 == this_step, may_start = length_squared(now) <= fall * fall;
+    const Vec3 change = is_known ? now - velocity : may_start ? now : Vec3{};
+    velocity = now, step = this_step;
+    return change;
+  }
+};
 
 /// Whether a body of this velocity (m/s), relative to what it rests on, lies still enough for inertia to be added.
 FATHOM_HD bool is_settled(Vec3 velocity) { return length_squared(velocity) <= settled_speed * settled_speed; }

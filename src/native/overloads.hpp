@@ -50,6 +50,8 @@ class Overloads {
   void settle(std::uint32_t slot) {
     if (is_listed_[slot]) loads_[slot].is_settled = 1;
   }
+  /// The motion of what the body stands on.
+  BaseMotion& base(std::uint32_t slot) { return loads_[slot].base; }
   /// Some body was overloaded in the last step.
   bool any() const { return any_; }
   /// The body was overloaded in the last two steps.
@@ -110,6 +112,7 @@ class Overloads {
     float before = 0;  ///< … in the step before
     float inertia_scale = 1;
     std::uint32_t is_settled = 0;  ///< 1: see `settle`
+    BaseMotion base;
 
     float lasting() const { return std::min(now, before); }
     bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }

@@ -54,6 +54,7 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     order_.clear();
     return;
   }
+  if (!bodies_.kinematic().empty() && overloads_.any_scaled()) carry_along(step);
   choose_held();
 }
 
@@ -68,6 +69,24 @@ void SupportSolver::find_bases() {
     for (std::uint32_t k = s.first; k < s.end; ++k) {
       const std::uint32_t slot = member(k).slot;
       if (is_settled(velocity_against(state.base, slot))) overloads_.settle(slot);
+    }
+  }
+}
+
+// Before bodies are loaded for the solver.
+void SupportSolver::carry_along(std::uint64_t step) {
+  const float fall = length(def_.gravity) * def_.dt;
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    const SupportGraph::Structure& s = support_graph_.structures()[i];
+    if (!structures_[i].has_base) continue;
+    for (std::uint32_t k = s.first; k < s.end; ++k) {
+      const std::uint32_t slot = member(k).slot;
+      const float scale = overloads_.inertia_scale(slot);
+      if (!(scale > 1)) continue;
+      Vec3& velocity = state_.velocities[slot].linear;
+      const Vec3 base = velocity - velocity_against(structures_[i].base, slot);
+      const Vec3 change = overloads_.base(slot).change_to(base, static_cast<std::uint32_t>(step), fall);
+      velocity += fathom::carried_along(change, scale, fall);
     }
   }
 }

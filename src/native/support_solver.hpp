@@ -93,6 +93,7 @@ class SupportSolver {
   const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
   float inverse_mass(std::uint32_t i) const { return state_.solver_bodies()[member(i).slot].inverse_mass; }
   void find_bases();
+  void carry_along(std::uint64_t step);
   void choose_held();
   void find_lanes(const ConstraintLayout& layout);
   void order_by_group(const ConstraintLayout& layout);
