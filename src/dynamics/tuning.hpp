@@ -23,8 +23,8 @@ inline constexpr float uneven_ratio = 8.0f, uneven_share = 0.5f;
 /// for a line 0.5. Slightly larger here: below 0.55, towers of narrow blocks turn on each other (docs/validation.md,
 /// Kapla).
 inline constexpr float patch_share = 0.56f;
-/// Share of its limit from which a patch's friction counts as sliding. From 0.8 on, two of 300 loops of light bodies more gain
-/// energy on the device.
+/// Share of its limit from which a patch's friction counts as sliding. With 0.8 two more of 300 loops of light bodies
+/// gain energy on the device.
 inline constexpr float slides_at = 0.98f;
 /// Points whose separation exceeds the nearest one's by more than this (m) are only expected to touch: friction does
 /// not act there (tests/solver_test.cpp).
