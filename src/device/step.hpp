@@ -208,8 +208,9 @@ class Step {
                            settings_.restitution_threshold, 0.5f * settings_.dt,
                            static_cast<float>(settings_.solve.substeps)});
     if (has_supports())
-      device_.parallel_phases(FindSupports::max_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
-                              FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h, settings_.dt});
+      device_.parallel_phases(
+          FindSupports::max_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
+          FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h, settings_.dt});
   }
 
   void choose_colours() {
