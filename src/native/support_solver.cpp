@@ -54,7 +54,8 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     order_.clear();
     return;
   }
-  if (!bodies_.kinematic().empty() && overloads_.any_scaled()) carry_along(step);
+  const bool may_move = !bodies_.kinematic().empty() || graph_.any_moving_surface();
+  if (may_move && overloads_.any_scaled()) carry_along(step);
   choose_held();
 }
 
