@@ -30,6 +30,7 @@ class Overloads {
   /// The slot's body has been removed.
   void forget(std::uint32_t slot) {
     if (slot < loads_.size()) loads_[slot] = {};
+    if (slot < bases_.size()) bases_[slot] = {};
   }
   /// An overloaded contact of the body wants at least this inertia (`wanted_inertia`).
   void note(std::uint32_t slot, float wanted) {
@@ -50,8 +51,15 @@ class Overloads {
   void settle(std::uint32_t slot) {
     if (is_listed_[slot]) loads_[slot].is_settled = 1;
   }
-  /// The motion of what the body stands on.
-  BaseMotion& base(std::uint32_t slot) { return loads_[slot].base; }
+  /// The motion of what the body stands on. Not for several threads at once.
+  BaseMotion& base(std::uint32_t slot) {
+    const std::size_t before = bases_.size();
+    if (slot >= before) {
+      grow_to(bases_, loads_.size());
+      std::fill(bases_.begin() + before, bases_.end(), BaseMotion{});
+    }
+    return bases_[slot];
+  }
   /// Some body was overloaded in the last step.
   bool any() const { return any_; }
   /// The body was overloaded in the last two steps.
@@ -86,16 +94,17 @@ class Overloads {
     }
   }
   std::size_t memory_bytes() const {
-    return loads_.capacity() * sizeof(Load) + is_listed_.capacity() + listed_.capacity() * sizeof(std::uint32_t);
+    return loads_.capacity() * sizeof(Load) + is_listed_.capacity() + listed_.capacity() * sizeof(std::uint32_t) +
+           bases_.capacity() * sizeof(BaseMotion);
   }
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.loads_, s.any_, s.had_any_, s.any_scaled_, s.any_asleep_);
+    a(s.loads_, s.bases_, s.any_, s.had_any_, s.any_scaled_, s.any_asleep_);
   }
   /// Rebuilds the list from the loads that were read.
   void restored(ByteReader& in, std::size_t slots) {
-    in.require(loads_.size() <= slots);
+    in.require(loads_.size() <= slots && bases_.size() <= loads_.size());
     is_listed_.clear(), listed_.clear();
     grow_to(is_listed_, loads_.size()), grow_to(listed_, loads_.size());
     count_ = 0;
@@ -112,7 +121,6 @@ class Overloads {
     float before = 0;  ///< … in the step before
     float inertia_scale = 1;
     std::uint32_t is_settled = 0;  ///< 1: see `settle`
-    BaseMotion base;
 
     float lasting() const { return std::min(now, before); }
     bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }
@@ -125,6 +133,7 @@ class Overloads {
   }
 
   LargeArray<Load> loads_;
+  LargeArray<BaseMotion> bases_;      // by slot; empty until the first body is carried along
   LargeArray<bool> is_listed_;        // by slot
   LargeArray<std::uint32_t> listed_;  // slots whose loads differ from a new body's, in any order
   std::uint32_t count_ = 0;           // of these
