@@ -31,7 +31,7 @@ struct alignas(16) BodySupport {
   std::uint32_t structure = 0;  ///< least index among bodies that press on each other, within a step
   float held = 0;               ///< fraction of the last direct solution, 0 without one
   float heaviest = 0;           ///< kg, of the structure's bodies when structures were last determined
-  BaseMotion base;
+  BaseMotion base;              ///< of what its structure stands on; noted while the body has added inertia
 };
 
 /// A body's node in the graph of supports, within a step.

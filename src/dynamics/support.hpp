@@ -231,7 +231,7 @@ FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, f
   impulses.step += impulses.sum() - before;
 }
 
-/// The part of its friction that a contact gives up for redistribution (`support_renewal`).
+/// The part of its impulses that a contact gives up for redistribution (`support_renewal`).
 FATHOM_HD SupportChange given_up(const ContactImpulses& impulses) {
   SupportChange change{};
   for (int i = 0; i < max_manifold_points; ++i) change.normal[i] = -support_renewal * impulses.normal[i];

@@ -145,7 +145,7 @@ inline constexpr float max_support_reach = 5e-4f, support_reach_share = 0.02f;
 inline constexpr int support_rounds = 3;
 /// Shares of a body's weight and of a contact's load that a point may take if it carries nothing yet.
 inline constexpr float weight_of_body = 0.1f, weight_of_contact = 0.02f;
-/// Fraction of its friction that a contact gives up in a solution, to be redistributed with the remainder: contacts
+/// Fraction of its impulses that a contact gives up in a solution, to be redistributed with the remainder: contacts
 /// that strain against each other without any motion relax within some tens of substeps.
 inline constexpr float support_renewal = 0.05f;
 /// J/kg. A structure above it is collapsing, and is left to the sweeps.

@@ -74,7 +74,7 @@ void SupportSolver::find_bases() {
   }
 }
 
-// Before bodies are loaded for the solver.
+// Changes velocities before the solver loads bodies.
 void SupportSolver::carry_along(std::uint64_t step) {
   const float fall = length(def_.gravity) * def_.dt;
   for (std::size_t i = 0; i < structures_.size(); ++i) {

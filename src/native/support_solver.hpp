@@ -88,10 +88,9 @@ class SupportSolver {
   };
   class SupportsOf;
 
-  /// See `stiffness`.
-  float contact_stiffness() const;
   const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
   float inverse_mass(std::uint32_t i) const { return state_.solver_bodies()[member(i).slot].inverse_mass; }
+  float contact_stiffness() const;  ///< see `stiffness`
   void find_bases();
   void carry_along(std::uint64_t step);
   void choose_held();
