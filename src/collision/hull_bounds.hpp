@@ -99,7 +99,6 @@ struct SeenFaces {
   alignas(8) std::uint8_t by[max_faces + 1];  ///< bit i: point i is at least at the required height over this face
   std::uint8_t faces[max_faces];              ///< those that some point sees, ascending
   int count = 0;
-  int seen[Witnesses::most] = {};  ///< number of faces that each point sees
 
   /// `low` (m): minimum height over a face at which a point sees it.
   FATHOM_HD SeenFaces(const HullView& hull, const Witnesses& points, float low) {
@@ -112,9 +111,7 @@ struct SeenFaces {
     for (int f = 0; f < hull.face_count; ++f) {
       unsigned by_whom = 0;
       for (int i = 0; i < points.count(); ++i) {
-        const unsigned sees = plane_height(hull.planes[f], points.points[i]) < low ? 0 : 1;
-        seen[i] += static_cast<int>(sees);
-        by_whom |= sees << i;
+        by_whom |= (plane_height(hull.planes[f], points.points[i]) < low ? 0u : 1u) << i;
       }
       by[f] = static_cast<std::uint8_t>(by_whom);
       faces[count] = static_cast<std::uint8_t>(f);
@@ -132,7 +129,6 @@ struct SeenFaces {
       unsigned any = 0, sees[Witnesses::most];
       for (int i = 0; i < number; ++i) {
         sees[i] = ~bits(plane_height(planes, eight(points.points[i])) < eight(low)) & lanes;
-        seen[i] += std::popcount(sees[i]);
         any |= sees[i];
       }
       for (int i = 0; i < 8; ++i) by[f + i] = 0;
@@ -156,23 +152,11 @@ struct NearEdges {
   /// `witnesses`: at least one point of the other shape, in this hull's frame; `slack`: see `height_slack`.
   FATHOM_HD NearEdges(const HullView& hull, const Witnesses& witnesses, float threshold, float slack) {
     const SeenFaces faces(hull, witnesses, min(threshold, 0.0f) - slack);
-    // Every witness sees a face beside a near edge, including the witness that sees fewest.
-    int closest = 0;
-    for (int i = 1; i < witnesses.count(); ++i)
-      if (faces.seen[i] < faces.seen[closest]) closest = i;
-    const int all = (1 << witnesses.count()) - 1, by_closest = 1 << closest;
-    for (int i = 0; i < faces.count; ++i) {
-      const int here = faces.by[faces.faces[i]];
-      if ((here & by_closest) == 0) continue;
-      const int first = hull.face_edges[faces.faces[i]];
-      int e = first;
-      do {
-        const int beyond = faces.by[hull.edges[e ^ 1].face];
-        const bool is_others = e % 2 == 1 && (beyond & by_closest) != 0;
-        edges[count] = static_cast<std::uint16_t>(e >> 1);
-        count += (here | beyond) == all && !is_others ? 1 : 0;
-        e = hull.edges[e].next;
-      } while (e != first);
+    // Every witness sees a face beside a near edge.
+    const int all = (1 << witnesses.count()) - 1;
+    for (int k = 0; 2 * k < hull.edge_count; ++k) {
+      edges[count] = static_cast<std::uint16_t>(k);
+      count += (faces.by[hull.edges[2 * k].face] | faces.by[hull.edges[2 * k + 1].face]) == all ? 1 : 0;
     }
   }
 };

@@ -18,6 +18,12 @@ struct HullSegment {
   float distance_squared = 3e38f;
   Vec3 on_hull, on_segment;
   std::uint32_t feature = 0;
+
+  /// Takes these points if they are nearer.
+  FATHOM_HD void offer(Vec3 of_hull, Vec3 of_segment, std::uint32_t name) {
+    const float squared = length_squared(of_segment - of_hull);
+    if (squared < distance_squared) *this = {squared, of_hull, of_segment, name};
+  }
 };
 
 FATHOM_HD Vec3 end_of(const Segment& s) { return s.from + s.along; }
@@ -110,26 +116,27 @@ FATHOM_HD std::uint32_t segment_feature(float t, int edge) {
   return edge_feature(static_cast<std::uint32_t>(edge), 0, false);
 }
 
-/// `highest` is the face over which the segment is highest. Nothing is nearer than that, so a segment end over the face
-/// itself is closest. Otherwise the search is exhaustive over the features that the segment's ends can see; edges cover
-/// the vertices. The closest feature then lies on a face that some end sees, because the direction to it is a
-/// combination of such faces' normals.
-FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, const FaceAxis& highest,
-                                      const Witnesses& ends, float slack) {
+/// Offers the pair of closest points of the segment and the hull's undirected edge.
+FATHOM_HD void offer_edge(const HullView& hull, int edge, const Segment& s, HullSegment& best) {
+  const Vec3 from = hull.vertices[hull.edges[2 * edge].origin];
+  const SegmentPair pair = closest_points({from, hull.vertices[hull.edges[2 * edge + 1].origin] - from}, s);
+  best.offer(pair.on_1, pair.on_2, segment_feature(pair.t, edge));
+}
+
+/// Whether no points of the hull and the segment are nearer by more than `slack` (m): neither reaches further along
+/// their connection.
+FATHOM_HD bool is_closest(const HullView& hull, const Segment& s, const HullSegment& pair, float slack) {
+  const Vec3 d = pair.on_segment - pair.on_hull;
+  const float off = slack * fathom::sqrt(pair.distance_squared);
+  if (min(dot(d, s.from - pair.on_segment), dot(d, end_of(s) - pair.on_segment)) < -off) return false;
+  return highest_vertex(hull, d).height - dot(d, pair.on_hull) <= off;
+}
+
+/// The same by a search that is exhaustive over the features that the segment's ends can see; edges cover the vertices.
+/// The closest feature lies on a face that some end sees, because the direction to it is a combination of such faces'
+/// normals.
+FATHOM_HD HullSegment closest_of_seen(const HullView& hull, const Segment& s, const Witnesses& ends, float slack) {
   HullSegment best;
-  const auto offer = [&](Vec3 on_hull, Vec3 on_segment, std::uint32_t feature) {
-    const float distance_squared = length_squared(on_segment - on_hull);
-    if (distance_squared < best.distance_squared) best = {distance_squared, on_hull, on_segment, feature};
-  };
-  const Hull::Plane plane = hull.planes[highest.face];
-  const float height_from = plane_height(plane, s.from), height_end = plane_height(plane, end_of(s));
-  const bool from_is_lower = height_from <= height_end;
-  const Vec3 lower = from_is_lower ? s.from : end_of(s);
-  if (min(height_from, height_end) > 0 && !clip_segment(hull, highest.face, {lower, {}}, 0).empty()) {
-    offer(mul_add(lower, -min(height_from, height_end), plane.normal), lower,
-          vertex_feature(from_is_lower ? 0 : 1, true));
-    return best;
-  }
   const SeenFaces seen(hull, ends, -slack);
   for (int n = 0; n < seen.count; ++n) {
     const int f = seen.faces[n];
@@ -138,7 +145,8 @@ FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, co
       const float height = plane_height(hull.planes[f], point);
       if (height < 0 || height * height > best.distance_squared) continue;
       if (clip_segment(hull, f, {point, {}}, 0).empty()) continue;
-      offer(mul_add(point, -height, hull.planes[f].normal), point, vertex_feature(static_cast<std::uint32_t>(i), true));
+      best.offer(mul_add(point, -height, hull.planes[f].normal), point,
+                 vertex_feature(static_cast<std::uint32_t>(i), true));
     }
   }
   for (int n = 0; n < seen.count; ++n) {
@@ -146,15 +154,33 @@ FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, co
     int e = hull.face_edges[f];
     do {
       const bool is_others = e % 2 == 1 && seen.by[hull.edges[e ^ 1].face] != 0;
-      if (!is_others) {
-        const EdgeView edge = edge_view(hull, e >> 1);
-        const SegmentPair pair = closest_points({edge.from, edge.along}, s);
-        offer(pair.on_1, pair.on_2, segment_feature(pair.t, e >> 1));
-      }
+      if (!is_others) offer_edge(hull, e >> 1, s, best);
       e = hull.edges[e].next;
     } while (e != hull.face_edges[f]);
   }
   return best;
+}
+
+/// `highest` is the face over which the segment is highest. Nothing is nearer than that, so a segment end over the face
+/// itself is closest. Otherwise it is mostly an edge of that face.
+FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, const FaceAxis& highest,
+                                      const Witnesses& ends, float slack) {
+  HullSegment best;
+  const Hull::Plane plane = hull.planes[highest.face];
+  const float height_from = plane_height(plane, s.from), height_end = plane_height(plane, end_of(s));
+  const bool from_is_lower = height_from <= height_end;
+  const Vec3 lower = from_is_lower ? s.from : end_of(s);
+  if (min(height_from, height_end) > 0 && !clip_segment(hull, highest.face, {lower, {}}, 0).empty()) {
+    best.offer(mul_add(lower, -min(height_from, height_end), plane.normal), lower,
+               vertex_feature(from_is_lower ? 0 : 1, true));
+    return best;
+  }
+  int e = hull.face_edges[highest.face];
+  do {
+    offer_edge(hull, e >> 1, s, best);
+    e = hull.edges[e].next;
+  } while (e != hull.face_edges[highest.face]);
+  return is_closest(hull, s, best, slack) ? best : closest_of_seen(hull, s, ends, slack);
 }
 
 /// Adds the first `count` ends of the core's stretch over the face, if they are not higher than `reach`.
@@ -204,12 +230,11 @@ FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& ro
   const float slack = height_slack(extent);
   Witnesses ends;
   ends.add(core.from), ends.add(end_of(core));
-  const EdgesAxis edges = best_edges(hull, core, ends, tolerance.noise, face.separation, slack);
-  if (edges.separation > reach) return m;
-
   // The closest points give no direction for a core that almost touches the hull; the axes do.
-  const float separation = max(face.separation, edges.separation);
-  if (separation > tolerance.depth_tie) {
+  EdgesAxis edges;
+  if (!(face.separation > tolerance.depth_tie))
+    edges = best_edges(hull, core, ends, tolerance.noise, face.separation, slack);
+  if (max(face.separation, edges.separation) > tolerance.depth_tie) {
     const HullSegment closest = closest_outside(hull, core, face, ends, slack);
     const float gap = fathom::sqrt(closest.distance_squared);
     if (gap > reach) return m;
