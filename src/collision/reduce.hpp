@@ -27,6 +27,10 @@ inline constexpr float level_height = 3e-4f;
 /// come to rest on the points that their load chooses.
 inline constexpr float sway_slope = 0.005f;
 
+/// Share of the way from a patch's centre to its edge up to which a load counts as central: it may move on in any
+/// direction, and corners chosen for the direction in which it is now would give way in others.
+inline constexpr float central_share = 0.33f;
+
 /// Position of a patch's load, in the frame of the reference face (m).
 struct FaceLoad {
   float x = 0, y = 0;
@@ -42,7 +46,7 @@ FATHOM_HD float area(const FacePoint& a, const FacePoint& b, const FacePoint& c)
 /// moving from the centre (the body then tips over the patch's own edge), and the two that add the largest area, one
 /// after the other. The lowest point replaces the last one if it lies clearly below the edge. False: the load is in the
 /// centre.
-FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count, float depth_tie,
+FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count, float level,
                               int chosen[max_manifold_points]) {
   float middle_x = 0, middle_y = 0;
   for (int i = 0; i < count; ++i) middle_x += points[i].x, middle_y += points[i].y;
@@ -60,6 +64,7 @@ FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count,
   float farthest = -1e30f;
   for (int i = 0; i < count; ++i)
     for (int j = 0; j < count; ++j) farthest = max(farthest, crossing(i, j));
+  if (central_share * farthest > dx * dx + dy * dy) return false;
   // Corners far apart that lose almost none of that distance suit a swaying load; neighbours would not.
   constexpr float enough = 0.985f;
   int left = 0, right = 0;
@@ -84,7 +89,7 @@ FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count,
                            -side * area(points[third], points[left], points[i]));
     if (gain > most) most = gain, fourth = i;
   }
-  if (lowest != third && points[lowest].z < min(points[left].z, points[right].z) - depth_tie) fourth = lowest;
+  if (lowest != third && points[lowest].z < min(points[left].z, points[right].z) - level) fourth = lowest;
   chosen[0] = left, chosen[1] = right, chosen[2] = third, chosen[3] = fourth;
   return true;
 }
@@ -140,7 +145,7 @@ FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, FaceLoad loa
   }
   const float level = max(level_height, depth_tie);
   const bool leans = highest - lowest > max(4 * level, sway_slope * max(max_x - min_x, max_y - min_y));
-  if (!load.is_known || leans || !choose_towards(load, points, count, depth_tie, chosen))
+  if (!load.is_known || leans || !choose_towards(load, points, count, level, chosen))
     choose_largest(points, count, depth_tie, level, chosen);
   // In the order of their indices: the result must not depend on which of them is the deepest.
   int kept = 0;
