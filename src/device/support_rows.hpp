@@ -26,18 +26,19 @@ FATHOM_HD ContactArms load_arms(const Constraints<written...>& constraints, std:
   return {{q1.z, q1.w, q2.x}, {q2.y, q2.z, q2.w}};
 }
 
-/// A bit for each point of constraint k that presses, or nearly does.
+/// `touching_points` of constraint k.
 template <ConstraintPart... written>
 FATHOM_HD std::uint32_t touching_points(const Constraints<written...>& constraints, std::uint32_t k,
                                         const ContactImpulses& impulses) {
   const Quad* const rows = rows_of(constraints, k);
-  const std::uint32_t count = constraints.heads[k].bits & point_bits;
-  const float reach = support_reach(load_arms(constraints, k).b);
-  std::uint32_t touches = 0;
-  for (std::uint32_t i = 0; i < max_manifold_points; ++i)
-    if (i < count && (impulses.normal[i] > 0 || rows[(first_point_row + i) * tile_width].z <= reach))
-      touches |= 1u << i;
-  return touches;
+  SupportPoints points;
+  points.count = static_cast<int>(constraints.heads[k].bits & point_bits);
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (i >= points.count) continue;
+    const Quad p = rows[(first_point_row + static_cast<std::uint32_t>(i)) * tile_width];
+    points.x[i] = p.x, points.y[i] = p.y, points.separation[i] = p.z;
+  }
+  return touching_points(points, impulses, load_arms(constraints, k).b);
 }
 
 /// Rows of constraint k, without weights.

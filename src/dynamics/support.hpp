@@ -130,6 +130,30 @@ struct SupportChange {
   std::uint32_t left_out;  ///< a bit for each point that gives nothing at all
 };
 
+/// Points of a contact, m: along its tangents, and how far they are apart.
+struct SupportPoints {
+  float x[max_manifold_points] = {}, y[max_manifold_points] = {}, separation[max_manifold_points] = {};
+  int count = 0;
+};
+
+/// A bit for each point that may take load: those that press, and those whose gap is within `support_reach` and exceeds
+/// that of no other point by more than a small slope. A card that leans on one of its edges must not be held by the
+/// other one: if it is 1 mm thick, that edge is 0.1 mm above the ground.
+FATHOM_HD std::uint32_t touching_points(const SupportPoints& p, const ContactImpulses& impulses, Vec3 arm) {
+  const float reach = support_reach(arm);
+  std::uint32_t touches = 0;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    bool is_near = p.separation[i] <= reach;
+    for (int k = 0; k < max_manifold_points; ++k) {
+      const float dx = p.x[i] - p.x[k], dy = p.y[i] - p.y[k], higher = max(p.separation[i] - p.separation[k], 0.0f);
+      const float slope_squared = support_reach_share * support_reach_share;
+      is_near &= k >= p.count || higher * higher <= slope_squared * fma(dx, dx, dy * dy);
+    }
+    if (i < p.count && (is_near || impulses.normal[i] > 0)) touches |= 1u << i;
+  }
+  return touches;
+}
+
 /// Weights of a contact's points. A body's own weight in a substep, `body_weight` (N·s), lets points that carry nothing
 /// yet take load; `touches` has a bit for each point that may.
 FATHOM_HD void weigh_points(SupportRows& r, const ContactImpulses& impulses, std::uint32_t touches, float body_weight) {
