@@ -148,6 +148,10 @@ inline constexpr float weight_of_body = 0.1f, weight_of_contact = 0.02f;
 /// Fraction of its impulses that a contact gives up in a solution, to be redistributed with the remainder: contacts
 /// that strain against each other without any motion relax within some tens of substeps.
 inline constexpr float support_renewal = 0.05f;
+/// Largest load that a solution may put on a body, as a share of that which alone would move the body by its arm within
+/// a substep, for bodies that move and for those at rest (`max_load`): the latter over their speed relative to what a
+/// fall gains in a substep (docs/log/2026-12-01-structures-that-fell.md).
+inline constexpr float moving_load = 0.2f, resting_load = 0.1f;
 /// J/kg. A structure above it is collapsing, and is left to the sweeps.
 inline constexpr float calm_energy = 0.3f;
 /// J/kg. A solution leaves no body above it that was calmer before (`calm_part`;
@@ -166,7 +170,6 @@ inline constexpr float unheld_share = 0.05f;
 /// sweep solves a share k of such a mode per substep, the gap x follows D³x + a D²x + k (1 + s) Dx + k s b x = 0, where
 /// a, s and b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where (h
 /// ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up in chains of five or more.
-/// s. A joint that gave nothing back (a = 0) would blow up in chains of five or more.
 /// Gap of a joint, as a share of the smaller body's bounding radius, from which on it counts as torn (torn_joint.hpp).
 inline constexpr float torn_share = 0.03f;
 inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 0.6f;

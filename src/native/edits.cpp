@@ -34,7 +34,7 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
   });
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   islands_.forget(slot);
-  solver_.supports().forget(slot);
+  solver_.supports().overloads().forget(slot);
   state_.clear(slot);
   std::erase(forced_, slot);
   note_set(slot);

@@ -16,13 +16,7 @@ Vec3 get3(const LaneFields& f, int field) { return {f[field], f[field + 1], f[fi
 
 bool moves(const Velocity& v) { return length_squared(v.linear) + length_squared(v.angular) > 0; }
 
-/// Values of `held_` below zero: of a body that was in no structure yet, and of one that has left a structure.
 constexpr float not_a_member = -1;
-float left_with(float held) { return held < 0 ? held : not_a_member - 1 - held; }
-/// Where a body begins that joins a structure: as it left, or as held. Springs that yield to the load a solution gave
-/// their contacts would release it again. But a card that cannot be held, in a structure whose overload comes and goes,
-/// must not count as held each time: without its leak it would slide a little further.
-float begins_with(float held) { return held >= 0 ? held : held == not_a_member ? 1 : not_a_member - 1 - held; }
 
 }  // namespace
 
@@ -54,7 +48,8 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   }
   overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; }, state_.velocities);
   if (!any) {
-    leave_all();
+    for (const std::uint32_t slot : held_slots_) held_[slot] = not_a_member;
+    held_slots_.clear();
     structures_.clear();
     order_.clear();
     return;
@@ -97,29 +92,22 @@ void SupportSolver::carry_along(std::uint64_t step) {
   }
 }
 
-void SupportSolver::forget(std::uint32_t slot) {
-  overloads_.forget(slot);
-  if (slot < held_.size()) held_[slot] = not_a_member;
-}
-
-void SupportSolver::leave_all() {
-  for (const std::uint32_t slot : held_slots_) held_[slot] = left_with(held_[slot]);
-  held_slots_.clear();
-}
-
+// New members of a structure count as held at once. Otherwise springs that yield to the load a solution gave their
+// contacts would release it again.
 void SupportSolver::choose_held() {
   make_room(held_, state_.size());
   held_.resize(state_.size(), not_a_member);
   const std::span<const SupportGraph::Member> members = support_graph_.members();
   last_held_.resize(members.size());
   for (std::size_t k = 0; k < members.size(); ++k) last_held_[k] = held_[members[k].slot];
-  leave_all();
+  for (const std::uint32_t slot : held_slots_) held_[slot] = not_a_member;
+  held_slots_.clear();
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     const SupportGraph::Structure& s = support_graph_.structures()[i];
     StructureState& state = structures_[i];
     state.is_held = state.has_base && is_calm(s, state.base);
     for (std::uint32_t k = s.first; state.is_held && k < s.end; ++k) {
-      held_[members[k].slot] = begins_with(last_held_[k]);
+      held_[members[k].slot] = last_held_[k] < 0 ? 1 : last_held_[k];
       held_slots_.push_back(members[k].slot);
     }
   }
@@ -419,7 +407,7 @@ void SupportSolver::restore(ByteReader& in, std::size_t slots) {
   in.require(held_.size() <= slots);
   held_slots_.clear();
   for (std::uint32_t slot = 0; slot < held_.size(); ++slot)
-    if (held_[slot] >= 0) held_slots_.push_back(slot);
+    if (held_[slot] != not_a_member) held_slots_.push_back(slot);
   overloads_.restored(in, slots);
   support_graph_.restored(in, slots);
 }

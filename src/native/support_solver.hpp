@@ -20,8 +20,6 @@ class SupportSolver {
       : def_(def), bodies_(bodies), state_(state), graph_(graph), support_graph_(bodies, state, graph) {}
 
   Overloads& overloads() { return overloads_; }
-  /// The slot's body has been removed.
-  void forget(std::uint32_t slot);
   /// ω² / g of contacts in this step, as for `sweep_load` (1/m); 0 without gravity.
   float stiffness() const { return stiffness_; }
 
@@ -95,7 +93,6 @@ class SupportSolver {
   float contact_stiffness() const;  ///< see `stiffness`
   void find_bases();
   void carry_along(std::uint64_t step);
-  void leave_all();
   void choose_held();
   void find_lanes(const ConstraintLayout& layout);
   void order_by_group(const ConstraintLayout& layout);
@@ -116,7 +113,7 @@ class SupportSolver {
   Overloads overloads_;
   SupportGraph support_graph_;
   std::vector<float> held_;                // by slot
-  std::vector<std::uint32_t> held_slots_;  // members, whose `held_` is not below zero
+  std::vector<std::uint32_t> held_slots_;  // whose `held_` may differ from `not_a_member`
   std::vector<float> last_held_;           // by member, in the last step
   struct StructureState {
     bool has_base = false;  ///< all that it rests on moves as one
