@@ -40,19 +40,49 @@ FATHOM_HD Manifold swapped(const Manifold& m, const Pose& b_in_a) {
   return result;
 }
 
+/// Cores that are parallel within 0.05 rad, side by side: the ends of the stretch that they share.
+struct SharedStretch {
+  Vec3 on_a[2], on_b[2];
+
+  /// The stretch within [from, to] (m) along `axis`, the unit direction of A's core. False: it is too short.
+  FATHOM_HD bool find(const Segment& a, const Segment& b, Vec3 axis, float length_a, float from, float to) {
+    const float b0 = dot(axis, b.from - a.from), b1 = b0 + dot(axis, b.along);
+    const float lo = max(max(0, from), min(b0, b1)), hi = min(min(length_a, to), max(b0, b1));
+    for (int i = 0; i < 2; ++i) {
+      const float x = i == 0 ? lo : hi;
+      on_a[i] = mul_add(a.from, x, axis);
+      on_b[i] = mul_add(b.from, clamp((x - b0) / (b1 - b0), 0, 1), b.along);
+    }
+    return hi - lo > 0.05f * min(length_a, abs(b1 - b0));
+  }
+};
+
 /// Spheres and capsules in any combination.
 FATHOM_HD Manifold collide_round(const RoundShape& a, const RoundShape& b, float margin) {
   Manifold m;
   const SegmentPair closest = closest_points(a.core, b.core);
-  const Vec3 d = closest.on_2 - closest.on_1;
-  const float reach = a.radius + b.radius + margin, gap_squared = length_squared(d);
+  Vec3 d = closest.on_2 - closest.on_1, on_a = closest.on_1;
+  float nearest = closest.s;
+  const Vec3 across = cross(a.core.along, b.core.along);
+  const float length_a = length(a.core.along), length_b = length(b.core.along), parallel = length_a * length_b;
+  const float radii = a.radius + b.radius;
+  SharedStretch shared;
+  const Vec3 axis = length_a > 0 ? (1.0f / length_a) * a.core.along : Vec3{};
+  bool is_shared = parallel > 0 && length_squared(across) < 0.0025f * parallel * parallel &&
+                   shared.find(a.core, b.core, axis, length_a, 0, length_a);
+  // For segments this parallel, the closest pair may be any; an end may be nearer.
+  for (int i = 0; is_shared && i < 2; ++i) {
+    const Vec3 there = shared.on_b[i] - shared.on_a[i];
+    if (!(length_squared(there) < length_squared(d))) continue;
+    d = there, on_a = shared.on_a[i];
+    nearest = dot(axis, on_a - a.core.from) / length_a;
+  }
+  const float reach = radii + margin, gap_squared = length_squared(d);
   if (gap_squared > reach * reach) return m;
 
   const float gap = fathom::sqrt(gap_squared);
   // Crossing or touching cores define no direction: take one across both.
-  const Vec3 across = cross(a.core.along, b.core.along);
-  const float length_a = length(a.core.along), length_b = length(b.core.along);
-  if (gap > 1e-6f * (a.radius + b.radius)) {
+  if (gap > 1e-6f * radii) {
     m.normal = (1.0f / gap) * d;
   } else if (length_squared(across) > 0) {
     m.normal = normalize(across);
@@ -61,27 +91,27 @@ FATHOM_HD Manifold collide_round(const RoundShape& a, const RoundShape& b, float
                                        : Vec3{0, 0, 1};
   }
 
-  // Parallel within 0.05 rad: the ends of the shared stretch support better than the single closest pair.
-  const float parallel = length_a * length_b;
-  if (parallel > 0 && length_squared(across) < 0.0025f * parallel * parallel) {
-    const Vec3 axis = (1.0f / length_a) * a.core.along;
-    const float b0 = dot(axis, b.core.from - a.core.from), b1 = b0 + dot(axis, b.core.along);
-    const float lo = max(0, min(b0, b1)), hi = min(length_a, max(b0, b1));
-    if (hi - lo > 0.05f * min(length_a, length_b)) {
-      for (int i = 0; i < 2; ++i) {
-        const float x = i == 0 ? lo : hi;
-        const Vec3 on_a = mul_add(a.core.from, x, axis);
-        const Vec3 on_b = mul_add(b.core.from, clamp((x - b0) / (b1 - b0), 0, 1), b.core.along);
-        const float gap_here = dot(m.normal, on_b - on_a);
-        // Cores that cross leave one end on the wrong side.
-        const bool usable = gap_here <= reach && gap_here >= gap - 0.005f * (a.radius + b.radius);
-        if (usable) add_round_point(m, on_a, a.radius, gap_here, b.radius, static_cast<std::uint32_t>(i));
-      }
-      if (m.count == 2) return m;
-      m.count = 0;
+  // The ends of the shared stretch support better than the single closest pair. Beyond a tenth of the radii beside each
+  // other, cores that cross at an angle are farther apart than they seem along the normal, as long ones soon are.
+  std::uint32_t feature = 2;
+  if (is_shared) {
+    const float sideways = abs(dot(m.normal, across)), beside = 0.1f * radii * parallel;
+    if (sideways * length_a > beside) {
+      const float within = beside / sideways;
+      is_shared = shared.find(a.core, b.core, axis, length_a, nearest * length_a - within, nearest * length_a + within);
     }
+    for (int i = 0; is_shared && i < 2; ++i) {
+      const float gap_here = dot(m.normal, shared.on_b[i] - shared.on_a[i]);
+      // Cores that cross leave one end on the wrong side.
+      const bool usable = gap_here <= reach && gap_here >= gap - 0.005f * radii;
+      if (!usable) continue;
+      feature = static_cast<std::uint32_t>(i);
+      add_round_point(m, shared.on_a[i], a.radius, gap_here, b.radius, feature);
+    }
+    if (m.count == 2) return m;
+    m.count = 0;
   }
-  add_round_point(m, closest.on_1, a.radius, gap, b.radius, 2);
+  add_round_point(m, on_a, a.radius, gap, b.radius, feature);
   return m;
 }
 

@@ -164,14 +164,14 @@ inline constexpr float unheld_share = 0.05f;
 
 // --- joints (docs/joints.md, How a joint is solved) ------------------------------------------------------------------
 
+/// Gap of a joint, as a share of the smaller body's bounding radius, from which on it counts as torn (torn_joint.hpp).
+inline constexpr float torn_share = 0.03f;
 /// A rigid joint is also a spring, with this fraction of the substep rate as its frequency, and this damping ratio.
 ///
 /// One sweep leaves most of what a long chain's slow modes need, and warm starting adds up the sweeps' results. If a
 /// sweep solves a share k of such a mode per substep, the gap x follows D³x + a D²x + k (1 + s) Dx + k s b x = 0, where
 /// a, s and b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where (h
 /// ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up in chains of five or more.
-/// Gap of a joint, as a share of the smaller body's bounding radius, from which on it counts as torn (torn_joint.hpp).
-inline constexpr float torn_share = 0.03f;
 inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 0.6f;
 /// Fraction of its error that a coupling closes in a substep if its bodies have no other couplings, and no joints
 /// except to bodies that cannot be pushed. Its one row then sees everything that it moves, so it need not be as soft as
