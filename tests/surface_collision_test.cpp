@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <memory>
 #include <vector>
 
 #include "random.hpp"
@@ -83,9 +82,26 @@ float deepest(const SurfaceContact& contact) {
   return nearest;
 }
 
+/// As a device does it.
+void collide_one_by_one(const SurfaceView& surface, const Geometry& b, const Pose& pose, float margin,
+                        const std::vector<SurfacePush>& pushes, SurfaceContact& contact) {
+  const ShapeInOwnAxes<ShapeKind::any> shape(b);
+  const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
+  const TrianglesAround around{surface, pose, grown(bounds(b, pose), margin)};
+  const int push_count = static_cast<int>(pushes.size());
+  std::vector<Vec3> pushed;
+  for (const SurfacePush& push : pushes) pushed.push_back(inverse_rotate(pose.rotation, push.normal));
+  JoinOfTouches join(around, tolerance, shape.is_round(), pushes.data(), push_count, {}, contact);
+  do {
+    surface.for_each_in(around.box, [&](std::uint32_t number) {
+      const SurfaceTouch touch = touch_of(number, around, shape, margin, pushed.data(), push_count, tolerance);
+      if (touch.touches) join.take(touch);
+    });
+  } while (join.next());
+}
+
 TEST(SurfaceCollision, IsThatOfTheSearchInLanes) {
   Generator random(2);
-  const auto set = std::make_unique<PatchSet>();
   int touching = 0, same_directions = 0, same_depths = 0, many = 0;
   for (const Viewed& ground : surfaces())
     for (int i = 0; i < 1500; ++i) {
@@ -103,8 +119,7 @@ TEST(SurfaceCollision, IsThatOfTheSearchInLanes) {
       SurfaceContact lanes, one;
       const float margin = 0.02f * size;
       collide_surface(*ground.surface, geometry(shape), pose, margin, pushes, scratch, lanes);
-      collide_surface(ground.view, geometry(shape), pose, margin, pushes.data(), static_cast<int>(pushes.size()), *set,
-                      one, {});
+      collide_one_by_one(ground.view, geometry(shape), pose, margin, pushes, one);
       ASSERT_EQ(lanes.count > 0, one.count > 0) << i;
       if (lanes.count == 0) continue;
       ++touching;
@@ -123,12 +138,10 @@ TEST(SurfaceCollision, IsThatOfTheSearchInLanes) {
   EXPECT_GT(same_directions, 0.99 * touching);
 }
 
-TEST(SurfaceCollision, PatchesBeyondTheEighthReplaceTheShallowest) {
-  const auto set = std::make_unique<PatchSet>();
-  set->count = 0;
-  const Tolerance tolerance = make_tolerance(0.1f, 1);
+TEST(SurfaceCollision, GroupsBeyondTheEighthReplaceTheShallowest) {
+  SurfaceGroups groups;
   Generator random(3);
-  std::vector<float> depths;
+  std::vector<float> depths, kept(max_surface_manifolds);
   for (int i = 0; i < 12; ++i) {
     Manifold m;
     const float angle = 6.2831853f * static_cast<float>(i) / 12;
@@ -136,14 +149,38 @@ TEST(SurfaceCollision, PatchesBeyondTheEighthReplaceTheShallowest) {
     m.count = 1;
     m.points[0] = {{}, uniform(random, -1, 0), 0};
     depths.push_back(m.points[0].separation);
-    set->add(m, 0, tolerance);
+    const SurfaceGroups::Change change = groups.join({m, 1, 0});
+    if (change.group < 0) continue;
+    EXPECT_TRUE(change.begins);
+    kept[static_cast<std::size_t>(change.group)] = depths.back();
   }
+  ASSERT_EQ(groups.count(), max_surface_manifolds);
+  EXPECT_EQ(kept[static_cast<std::size_t>(groups.deepest(0))], *std::ranges::min_element(depths));
   std::ranges::sort(depths);
-  ASSERT_EQ(set->count, max_surface_manifolds);
-  std::vector<float> kept(set->nearest, set->nearest + set->count);
   std::ranges::sort(kept);
   EXPECT_EQ(kept, std::vector<float>(depths.begin(), depths.begin() + max_surface_manifolds));
-  EXPECT_EQ(set->nearest[set->deepest(0)], depths[0]);
+}
+
+TEST(SurfaceCollision, SearchAroundAVertexFindsItsTriangles) {
+  Generator random(4);
+  for (const Viewed& ground : surfaces())
+    for (int i = 0; i < 300; ++i) {
+      const std::uint32_t vertices =
+          ground.view.heights
+              ? ground.view.columns * ground.view.rows
+              : static_cast<std::uint32_t>(dynamic_cast<const TriangleMesh&>(*ground.surface).vertices().size());
+      const auto vertex = static_cast<std::uint32_t>(random() % vertices);
+      std::vector<std::uint32_t> found, expected;
+      const auto note = [&](std::vector<std::uint32_t>& numbers, std::uint32_t number) {
+        std::uint32_t names[3];
+        ground.view.name_vertices(number, names);
+        if (std::ranges::count(names, vertex) > 0) numbers.push_back(number);
+      };
+      ground.view.any_around(vertex, [&](std::uint32_t number) { return note(found, number), false; });
+      const Vec3 at = ground.view.vertex(vertex);
+      ground.view.for_each_in({at, at}, [&](std::uint32_t number) { note(expected, number); });
+      EXPECT_EQ(found, expected) << vertex;
+    }
 }
 
 }  // namespace

@@ -133,7 +133,8 @@ ContactMemory::ContactMemory(exec::Memory& m)
       answers_(m),
       refused_contacts_(m),
       refused_(m),
-      patch_sets_(m),
+      team_touches_(m),
+      surface_arrays_(m),
       to_collide_(m),
       free_manifolds_(m),
       uncoloured_0_(m),
@@ -187,6 +188,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   manifold_capacity_ = m;
   joint_capacity_ = j;
   if (own_slides_.size() > 0) reserve_for_questions();
+  if (team_touches_.size() > 0) reserve_for_surfaces(static_cast<std::uint32_t>(team_touches_.size()));
 }
 
 void ContactMemory::reserve_for_questions() {
@@ -208,6 +210,13 @@ void ContactMemory::reserve_fast() {
   const std::size_t times = fixed_contacts_.size() > 0 ? 2 : 1;
   fast_.grow(times * capacity_, exec::Contents::keep);
   if (next_of_a_.size() > 0) next_of_a_.grow(fast_.size(), exec::Contents::keep);
+}
+
+void ContactMemory::reserve_for_surfaces(std::uint32_t teams) {
+  team_touches_.grow(teams);
+  const std::size_t pairs = capacity_ / (1 + patches_per_pair);
+  surface_arrays_.grow(SurfaceWork::bytes(pairs));
+  pairs_with_surfaces_ = static_cast<std::uint32_t>(pairs);
 }
 
 void ContactMemory::reserve_for_bullets() { next_of_a_.grow(fast_.size(), exec::Contents::keep); }

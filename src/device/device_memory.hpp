@@ -9,9 +9,9 @@
 #include "device/grid.hpp"
 #include "device/joint_arrays.hpp"
 #include "device/mechanism_arrays.hpp"
+#include "device/surface_work.hpp"
 #include "device/tuning.hpp"
 #include "exec/buffer.hpp"
-#include "terrain/surface_collision.hpp"
 
 namespace fathom::device {
 
@@ -115,10 +115,11 @@ class ContactMemory {
   std::uint32_t* refused_contacts() { return refused_contacts_.data(); }
   std::uint64_t* refused() { return refused_.data(); }
   /// What only surfaces need.
-  void reserve_for_surfaces(std::uint32_t workers) { patch_sets_.grow(workers); }
-  /// Memory for the patches of a pair, for each of `surface_workers()`.
-  PatchSet* patch_sets() { return patch_sets_.data(); }
-  std::uint32_t surface_workers() const { return static_cast<std::uint32_t>(patch_sets_.size()); }
+  void reserve_for_surfaces(std::uint32_t teams);
+  SurfaceWork surface_work() {
+    return {team_touches_.data(), static_cast<std::uint32_t>(team_touches_.size()), surface_arrays_.data(),
+            pairs_with_surfaces_};
+  }
   bool may_bounce() const { return may_bounce_; }
   bool any_extras() const { return any_extras_; }
   std::size_t capacity() const { return capacity_; }
@@ -144,7 +145,8 @@ class ContactMemory {
   exec::Buffer<ContactAnswer> answers_;
   exec::Buffer<std::uint32_t> refused_contacts_;
   exec::Buffer<std::uint64_t> refused_;
-  exec::Buffer<PatchSet> patch_sets_;
+  exec::Buffer<TeamTouches> team_touches_;
+  exec::Buffer<std::byte> surface_arrays_;
   exec::Buffer<std::uint32_t> to_collide_, free_manifolds_, uncoloured_0_, uncoloured_1_;
   exec::Buffer<PairRecord> begun_, ended_;
   exec::Buffer<HitRecord> hits_;
@@ -156,6 +158,7 @@ class ContactMemory {
   exec::Buffer<BounceRow> bounces_;
   exec::Buffer<ContactExtras> extras_;
   std::size_t capacity_ = 0, manifold_capacity_ = 0, joint_capacity_ = 0;
+  std::uint32_t pairs_with_surfaces_ = 0;  ///< for which `surface_arrays_` have room
   std::uint32_t event_lists_ = 1;
   bool may_bounce_ = false, any_extras_ = false;
 };

@@ -156,8 +156,8 @@ void DeviceSimulator<D>::make_room() {
     if (shapes_ & traits_bit) body_memory_.reserve_for_traits();
     if (has_compounds()) body_memory_.reserve_for_compounds();
     if (has_surfaces())
-      contact_memory_.reserve_for_surfaces(device_.info().backend == exec::Backend::host ? surface_workers_of_host
-                                                                                         : surface_workers_of_gpu);
+      contact_memory_.reserve_for_surfaces(device_.info().backend == exec::Backend::host ? surface_teams_of_host
+                                                                                         : surface_teams_of_gpu);
   }
   const std::size_t old_list = published_memory_.order.size();
   if (published_memory_.needs(published_settings(), published_room())) {

@@ -5,6 +5,7 @@
 
 namespace fathom::device {
 
+extern template void collide_surfaces(exec::CudaDevice&, const ContactChanges&, const SurfaceWork&, float);
 template class DeviceSimulator<exec::CudaDevice>;
 
 std::unique_ptr<Simulator> make_cuda(const WorldDef& def, int index) {

@@ -57,8 +57,7 @@ class Step {
       : device_(device),
         bodies_(bodies.arrays()),
         contacts_(contacts.contacts()),
-        patch_sets_(contacts.patch_sets()),
-        surface_workers_(contacts.surface_workers()),
+        surface_work_(contacts.surface_work()),
         constraints_(contacts.constraints()),
         joints_(joints.arrays()),
         mechanisms_(mechanisms.arrays()),
@@ -175,8 +174,7 @@ class Step {
     if (has_hulls()) device_.parallel_for(to_collide(hulls), CollideShapes<hulls>{changes, settings_.dt});
     device_.parallel_for(fast(false), LookAheadPairs<false>{changes, settings_.dt});
     if (has_hulls()) device_.parallel_for(fast(true), LookAheadPairs<true>{changes, settings_.dt});
-    if (surface_workers_ > 0)
-      device_.parallel_for(surface_workers_, CollideSurfaces{changes, patch_sets_, surface_workers_, settings_.dt});
+    if (surface_work_.team_count > 0) collide_surfaces(device_, changes, surface_work_, settings_.dt);
   }
 
   void build_constraints() {
@@ -319,8 +317,7 @@ class Step {
   D& device_;
   BodyArrays bodies_;
   ContactArrays contacts_;
-  PatchSet* patch_sets_;
-  std::uint32_t surface_workers_;  ///< 0: there are no surfaces
+  SurfaceWork surface_work_;
   ConstraintArrays constraints_;
   JointArrays joints_;
   MechanismArrays mechanisms_;

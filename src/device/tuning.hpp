@@ -44,8 +44,9 @@ inline constexpr std::size_t first_overlaps_per_query = 4, max_overlaps_of_batch
 inline constexpr std::size_t first_bodies = 256;
 inline constexpr std::size_t first_contacts = 1024;
 
-/// Work-items that collide pairs with surfaces, each with 12 kB for the patches of one pair at a time: enough for a
-/// GPU, and for the threads of a host. Results do not depend on them.
-inline constexpr std::uint32_t surface_workers_of_gpu = 4096, surface_workers_of_host = 64;
+/// Room for so many triangles near each pair with a surface, and touches with them. Pairs that find none are left to
+/// teams, on a GPU and on the threads of a host, which takes them longer. Results do not depend on these.
+inline constexpr std::size_t surface_entries_per_pair = 32, surface_touches_per_pair = 12;
+inline constexpr std::uint32_t surface_teams_of_gpu = 2048, surface_teams_of_host = 64;
 
 }  // namespace fathom::device

@@ -55,6 +55,23 @@ FATHOM_HD T from_item(T value, [[maybe_unused]] int item) {
 #endif
 }
 
+/// Number of bits that a ballot has set.
+FATHOM_HD std::uint32_t count_of(unsigned votes) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__popc(votes));
+#else
+  return votes;
+#endif
+}
+/// The work-item of the n-th bit that a ballot has set; any if there are not so many.
+FATHOM_HD int nth([[maybe_unused]] unsigned votes, [[maybe_unused]] unsigned n) {
+#if defined(__CUDA_ARCH__)
+  for (; n > 0; --n) votes &= votes - 1;
+  return (__ffs(static_cast<int>(votes)) - 1) & static_cast<int>(size - 1);
+#else
+  return 0;
+#endif
+}
 /// Barrier of the team: its work-items' earlier reads and writes are complete, for all of them.
 FATHOM_HD void sync() {
 #if defined(__CUDA_ARCH__)

@@ -152,27 +152,32 @@ FATHOM_HD Vec3 load_along(Vec3 normal, const SurfacePush* pushes, int count, Vec
   return mul_add((1 - share_of_centre) * (load.at - origin), share_of_centre, centre);
 }
 
-/// Keeps the points of a doubtful touch that are not nearer to another side of the surface (`collide_triangle`). A box
-/// on a plateau reaches far behind the cliff beside it, but does not penetrate the cliff. A rod whose end has run into
-/// a slope does penetrate it.
-FATHOM_HD void leave_true_points(Manifold& m, const auto& around, float tolerance) {
-  int left = 0;
-  for (int i = 0; i < m.count; ++i) {
-    const ManifoldPoint& point = m.points[i];
-    const Vec3 of_shape = mul_add(point.position, 0.5f * point.separation, m.normal);
-    if (!around.is_nearer_elsewhere(of_shape, -point.separation, tolerance)) m.points[left++] = point;
-  }
-  m.count = left;
+/// Whether a point of a doubtful touch is not nearer to another side of the surface (`collide_triangle`). A box on a
+/// plateau reaches far behind the cliff beside it, but does not penetrate the cliff. A rod whose end has run into a
+/// slope does penetrate it.
+FATHOM_HD bool is_true_point(const Manifold& m, int i, const auto& around, float tolerance) {
+  const ManifoldPoint& point = m.points[i];
+  const Vec3 of_shape = mul_add(point.position, 0.5f * point.separation, m.normal);
+  return !around.is_nearer_elsewhere(of_shape, -point.separation, tolerance);
+}
+/// Whether a point of a touch is behind the surface, `depth` (m) at least.
+FATHOM_HD bool is_inside_point(const Manifold& m, int i, const auto& around, float depth) {
+  const ManifoldPoint& point = m.points[i];
+  return around.is_inside(mul_add(point.position, 0.5f * point.separation, m.normal), depth);
 }
 
-/// Keeps the points of a touch that are behind the surface, `depth` (m) at least.
-FATHOM_HD void leave_inside_points(Manifold& m, const auto& around, float depth) {
+/// Keeps the points i for which stays(i).
+FATHOM_HD void leave_points(Manifold& m, const auto& stays) {
   int left = 0;
-  for (int i = 0; i < m.count; ++i) {
-    const ManifoldPoint& point = m.points[i];
-    if (around.is_inside(mul_add(point.position, 0.5f * point.separation, m.normal), depth)) m.points[left++] = point;
-  }
+  for (int i = 0; i < m.count; ++i)
+    if (stays(i)) m.points[left++] = m.points[i];
   m.count = left;
+}
+FATHOM_HD void leave_true_points(Manifold& m, const auto& around, float tolerance) {
+  leave_points(m, [&](int i) { return is_true_point(m, i, around, tolerance); });
+}
+FATHOM_HD void leave_inside_points(Manifold& m, const auto& around, float depth) {
+  leave_points(m, [&](int i) { return is_inside_point(m, i, around, depth); });
 }
 
 }  // namespace fathom

@@ -39,15 +39,22 @@ struct SurfaceView {
   FATHOM_HD Triangle triangle(std::uint32_t number) const {
     Triangle t;
     if (heights) {
-      const std::uint32_t cell = number / 2, i = cell % (columns - 1), j = cell / (columns - 1);
-      const bool second = number % 2 != 0;
-      const std::uint32_t at_i[] = {i, i + 1, second ? i : i + 1}, at_j[] = {j, second ? j + 1 : j, j + 1};
-      for (int k = 0; k < 3; ++k) t.vertices[k] = at_j[k] * columns + at_i[k];
+      const CellCorners at = cell_corners(number);
+      for (int k = 0; k < 3; ++k) t.vertices[k] = at.j[k] * columns + at.i[k], t.corners[k] = sample(at.i[k], at.j[k]);
     } else {
       for (std::uint32_t k = 0; k < 3; ++k) t.vertices[k] = indices[3 * std::size_t{number} + k];
+      for (int k = 0; k < 3; ++k) t.corners[k] = vertices[t.vertices[k]];
     }
-    for (int k = 0; k < 3; ++k) t.corners[k] = vertex(t.vertices[k]);
     return t;
+  }
+  /// The names of a triangle's vertices.
+  FATHOM_HD void name_vertices(std::uint32_t number, std::uint32_t (&names)[3]) const {
+    if (heights) {
+      const CellCorners at = cell_corners(number);
+      for (int k = 0; k < 3; ++k) names[k] = at.j[k] * columns + at.i[k];
+    } else {
+      for (std::uint32_t k = 0; k < 3; ++k) names[k] = indices[3 * std::size_t{number} + k];
+    }
   }
 
   /// Whether act(number) is true for any triangle whose bounds meet `box` (m, the surface's frame).
@@ -60,8 +67,20 @@ struct SurfaceView {
       return false;
     });
   }
+  /// Whether act(number) is true for any triangle that has the vertex with this name, or for some others around it.
+  template <class Act>
+  FATHOM_HD bool any_around(std::uint32_t name, const Act& act) const;
 
  private:
+  /// Samples of a triangle of a height field.
+  struct CellCorners {
+    std::uint32_t i[3], j[3];
+  };
+  FATHOM_HD CellCorners cell_corners(std::uint32_t number) const {
+    const std::uint32_t cell = number / 2, j = cell / (columns - 1), i = cell - j * (columns - 1);
+    const bool second = number % 2 != 0;
+    return {{i, i + 1, second ? i : i + 1}, {j, second ? j + 1 : j, j + 1}};
+  }
   FATHOM_HD Vec3 sample(std::uint32_t i, std::uint32_t j) const {
     return {static_cast<float>(i) * cell_x, static_cast<float>(j) * cell_y, heights[std::size_t{j} * columns + i]};
   }
@@ -76,22 +95,36 @@ class TriangleSearch {
     node_ = overlaps(box, surface.bounds) ? 0 : none;
     first_i_ = first_cell(box.lower.x, surface.cell_x, surface.columns);
     last_i_ = last_cell(box.upper.x, surface.cell_x, surface.columns);
+    j_ = first_cell(box.lower.y, surface.cell_y, surface.rows);
     last_j_ = last_cell(box.upper.y, surface.cell_y, surface.rows);
-    i_ = first_i_, j_ = first_cell(box.lower.y, surface.cell_y, surface.rows);
+  }
+  /// Finds all triangles that have the vertex, and others around it.
+  FATHOM_HD TriangleSearch(const SurfaceView& surface, std::uint32_t vertex) : surface_(surface) {
+    const Vec3 at = surface.vertex(vertex);
+    box_ = {at, at};
+    if (!surface.heights) return;
+    has_all_ = true;
+    const std::uint32_t j = vertex / surface.columns, i = vertex - j * surface.columns;
+    first_i_ = i > 0 ? i - 1 : 0, last_i_ = i < surface.columns - 1 ? i : i - 1;
+    j_ = j > 0 ? j - 1 : 0, last_j_ = j < surface.rows - 1 ? j : j - 1;
   }
 
   /// Sets the number of the next triangle; false: there is none.
   FATHOM_HD bool next(std::uint32_t& number) {
-    for (;;) {
-      while (triangle_ < end_) {
-        number = triangle_++;
-        const Triangle t = surface_.triangle(number);
-        const Aabb bounds{min(t.corners[0], min(t.corners[1], t.corners[2])),
-                          max(t.corners[0], max(t.corners[1], t.corners[2]))};
-        if (overlaps(bounds, box_)) return true;
-      }
-      if (!(surface_.heights ? next_cell() : next_leaf())) return false;
+    while (has_more()) {
+      number = triangle_++;
+      if (meets(number)) return true;
     }
+    return false;
+  }
+  /// For a whole team, whose work-items look at one triangle each: sets the number of this work-item's, and a bit for
+  /// each that was found, in order. False: there are no more triangles.
+  FATHOM_HD bool next_of_team(std::uint32_t& number, unsigned& found) {
+    if (!has_more()) return false;
+    number = triangle_ + team::item();
+    triangle_ += team::items;
+    found = team::ballot(number < end_ && meets(number));
+    return true;
   }
 
  private:
@@ -114,15 +147,24 @@ class TriangleSearch {
     }
     return false;
   }
-  FATHOM_HD bool next_cell() {
-    while (node_ != none && j_ <= last_j_) {
-      const std::uint32_t cell = j_ * (surface_.columns - 1) + i_;
-      if (i_++ == last_i_) i_ = first_i_, ++j_;
-      if (surface_.is_hole(cell)) continue;
-      triangle_ = 2 * cell, end_ = triangle_ + 2;
-      return true;
-    }
-    return false;
+  FATHOM_HD bool next_row() {
+    if (node_ == none || j_ > last_j_) return false;
+    const std::uint32_t first = j_++ * (surface_.columns - 1);
+    triangle_ = 2 * (first + first_i_), end_ = 2 * (first + last_i_ + 1);
+    return true;
+  }
+  FATHOM_HD bool has_more() {
+    while (triangle_ >= end_)
+      if (!(surface_.heights ? next_row() : next_leaf())) return false;
+    return true;
+  }
+  FATHOM_HD bool meets(std::uint32_t number) const {
+    if (surface_.heights && surface_.is_hole(number / 2)) return false;
+    if (has_all_) return true;
+    const Triangle t = surface_.triangle(number);
+    const Aabb bounds{min(t.corners[0], min(t.corners[1], t.corners[2])),
+                      max(t.corners[0], max(t.corners[1], t.corners[2]))};
+    return overlaps(bounds, box_);
   }
 
   // One more cell on each side, because the quotient is rounded.
@@ -140,11 +182,12 @@ class TriangleSearch {
 
   const SurfaceView& surface_;
   Aabb box_;
-  std::uint32_t triangle_ = 0, end_ = 0;  // those left of a leaf or a cell
+  bool has_all_ = false;                  // of a field: all triangles of the cells
+  std::uint32_t triangle_ = 0, end_ = 0;  // those left of a leaf or a row of cells
   std::uint32_t node_ = 0;                // `none`: the search is over
   std::uint32_t waiting_[deepest];        // second children on a mesh
   int count_ = 0;
-  std::uint32_t i_ = 0, j_ = 0, first_i_ = 0, last_i_ = 0, last_j_ = 0;  // cells of a field
+  std::uint32_t first_i_ = 0, last_i_ = 0, j_ = 0, last_j_ = 0;  // cells of a field
 };
 
 /// Calls act(number) for the triangles whose bounds meet the box, each by one work-item of a team, and done(count)
@@ -152,20 +195,39 @@ class TriangleSearch {
 template <class Act, class Done>
 FATHOM_HD void for_each_by_team(const SurfaceView& surface, const Aabb& box, const Act& act, const Done& done) {
   TriangleSearch search(surface, box);
+  std::uint32_t mine = 0, waiting = 0;  // work-item k has the k-th of those that wait to be visited
   for (bool any_left = true; any_left;) {
-    std::uint32_t count = 0, mine = 0;
-    for (std::uint32_t number; count < team::items && (any_left = search.next(number)); ++count)
-      if (count == team::item()) mine = number;
-    if (team::item() < count) act(mine);
-    team::sync();
-    done(count);
-    team::sync();
+    std::uint32_t number = 0;
+    unsigned found = 0;
+    any_left = search.next_of_team(number, found);
+    const std::uint32_t item = team::item(), all = waiting + team::count_of(found),
+                        count = all < team::items ? all : team::items;
+    const bool is_free = item >= waiting;
+    const std::uint32_t next = team::from_item(number, team::nth(found, is_free ? item - waiting : 0));
+    if (is_free) mine = next;
+    if ((count == team::items || !any_left) && count > 0) {
+      if (item < count) act(mine);
+      team::sync();
+      done(count);
+      team::sync();
+      mine = team::from_item(number, team::nth(found, item + count - waiting));
+      waiting = all - count;
+    } else {
+      waiting = all;
+    }
   }
 }
 
 template <class Act>
 FATHOM_HD bool SurfaceView::any_in(const Aabb& box, const Act& act) const {
   TriangleSearch search(*this, box);
+  for (std::uint32_t number; search.next(number);)
+    if (act(number)) return true;
+  return false;
+}
+template <class Act>
+FATHOM_HD bool SurfaceView::any_around(std::uint32_t name, const Act& act) const {
+  TriangleSearch search(*this, name);
   for (std::uint32_t number; search.next(number);)
     if (act(number)) return true;
   return false;

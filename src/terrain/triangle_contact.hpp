@@ -99,7 +99,10 @@ FATHOM_HD bool does_rise(const SurfaceTriangle& t, const SurfaceTriangle& other,
 class TriangleHull {
  public:
   FATHOM_HD TriangleHull(const SurfaceTriangle& t, float outer)
-      : planes_{{t.normal, t.offset}, {-t.normal, -t.offset}}, view_{t.corners, edges_, planes_, face_edges_, 3, 6, 2} {
+      : planes_{{t.normal, t.offset}, {-t.normal, -t.offset}} {
+    static constexpr Hull::HalfEdge edges[6] = {{2, 0, 0}, {5, 1, 1}, {4, 1, 0}, {1, 2, 1}, {0, 2, 0}, {3, 0, 1}};
+    static constexpr std::uint16_t face_edges[2] = {0, 1};
+    view_ = {t.corners, edges, planes_, face_edges, 3, 6, 2};
     view_.inner = outer, view_.outer = outer;  // the other shape is the thin one
   }
   TriangleHull(const TriangleHull&) = delete;
@@ -107,8 +110,6 @@ class TriangleHull {
   FATHOM_HD const HullView& view() const { return view_; }
 
  private:
-  Hull::HalfEdge edges_[6] = {{2, 0, 0}, {5, 1, 1}, {4, 1, 0}, {1, 2, 1}, {0, 2, 0}, {3, 0, 1}};
-  std::uint16_t face_edges_[2] = {0, 1};
   Hull::Plane planes_[2];
   HullView view_;
 };
