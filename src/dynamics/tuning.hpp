@@ -151,7 +151,7 @@ inline constexpr float support_renewal = 0.05f;
 /// Largest load that a solution may put on a body, as a share of that which alone would move the body by its arm within
 /// a substep, for bodies that move and for those at rest (`max_load`): the latter over their speed relative to what a
 /// fall gains in a substep (docs/log/2026-12-01-structures-that-fell.md).
-inline constexpr float moving_load = 0.2f, resting_load = 0.1f;
+inline constexpr float moving_load = 0.25f, resting_load = 0.125f;
 /// J/kg. A structure above it is collapsing, and is left to the sweeps.
 inline constexpr float calm_energy = 0.3f;
 /// J/kg. A solution leaves no body above it that was calmer before (`calm_part`;
