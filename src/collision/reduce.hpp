@@ -1,11 +1,11 @@
 // Contact reduction: four points out of many.
 //
-// If the patch's load is unknown or near its centre, the deepest point is kept, and the largest quadrilateral with it as a corner is found
-// exactly: for each opposite corner the best points on either side of the diagonal are independent of each other, so
-// each pair is examined only once. High points count less, because a leaning body comes down next on the corners beside
-// the deepest one: a cylinder rolling on its rim would otherwise drop between points that are far apart. If the patch
-// does not lean and its load has left the kept points, the edge over which the body would tip is kept. The points may
-// come in any order.
+// If the patch's load is unknown or near its centre, the deepest point is kept, and the largest quadrilateral with it
+// as a corner is found exactly: for each opposite corner the best points on either side of the diagonal are independent
+// of each other, so each pair is examined only once. High points count less, because a leaning body comes down next on
+// the corners beside the deepest one: a cylinder rolling on its rim would otherwise drop between points that are far
+// apart. If the patch does not lean and its load has left the kept points, the edge over which the body would tip is
+// kept. The points may come in any order.
 #pragma once
 
 #include "collision/manifold.hpp"

@@ -115,9 +115,9 @@ FATHOM_HD float support_speed(Vec3 linear, Vec3 angular, Vec3 arm) {
 /// Load (N·s in a substep of length h, in s) up to which a solution may press on one end `arm` (m) of a body. Arms are
 /// those of the step's start. Opposite loads turn a body whose arms have changed, and with a load that alone would move
 /// the body by a third of its arm within a substep they turn it by as much as they had changed. What is at rest bears
-/// any load, as its arms do not change: `speed` is that of the faster body of the contact (`support_speed`), `fall` what
-/// a fall gains in a substep (m/s). Sweeps may add more (`push_out_velocity`), and as the load lasts, the body's inertia
-/// and so its limit grow (dynamics/overload.hpp).
+/// any load, as its arms do not change: `speed` is that of the faster body of the contact (`support_speed`), `fall`
+/// what a fall gains in a substep (m/s). Sweeps may add more (`push_out_velocity`), and as the load lasts, the body's
+/// inertia and so its limit grow (dynamics/overload.hpp).
 FATHOM_HD float max_load(float inverse_mass, Vec3 arm, float speed, float fall, float h) {
   if (!(inverse_mass > 0)) return 1e30f;
   return max(moving_load, resting_load * fall / max(speed, 1e-9f)) * length(arm) / (h * inverse_mass);
