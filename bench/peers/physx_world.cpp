@@ -152,7 +152,9 @@ struct MadeGeometry {
     }
     const std::span<const Vec3> vertices = shape.hull->vertices();
     PxConvexMeshDesc desc;
-    desc.points = {sizeof(Vec3), vertices.data(), static_cast<PxU32>(vertices.size())};
+    desc.points.data = vertices.data();
+    desc.points.stride = sizeof(Vec3);
+    desc.points.count = static_cast<PxU32>(vertices.size());
     desc.flags = PxConvexFlag::eCOMPUTE_CONVEX;
     PxCookingParams params(physx_physics().getTolerancesScale());
     params.buildGPUData = true;
