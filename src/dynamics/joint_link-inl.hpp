@@ -73,7 +73,7 @@ class JointLink {
                                   const Vec3& pull, const GenericImpulseOf<Real>& impulse);
   /// Updates the joint's position; to be called after bodies have moved.
   FATHOM_LANE_FUNCTION void look(const LinkPair& pair);
-  /// `relaxes`: after positions have moved; drives do not act.
+  /// `relaxes`: after positions have moved; drives with compliance or at their largest force do not act.
   FATHOM_LANE_FUNCTION void begin_solution(bool relaxes) {
     relaxes_ = relaxes ? all_set : Flag{};
     released_ = relented_ = AxisNumber{};
@@ -137,9 +137,11 @@ class JointLink {
   FATHOM_LANE_FUNCTION Mask is_at_upper(int i) const { return is_set(limits_.at_upper[i]); }
   FATHOM_LANE_FUNCTION Mask is_at_most(int i) const { return is_set(limits_.at_most[i]); }
   FATHOM_LANE_FUNCTION Mask is_at_minus(int i) const { return is_set(limits_.at_minus[i]); }
-  /// A drive without compliance, which gives whatever impulse its velocity takes.
+  /// A drive without compliance, which gives whatever impulse its velocity takes. It holds the axis in relaxing
+  /// solutions, too: otherwise a contact that presses on the axis would find it locked and free in turn, and what lies
+  /// on a lift ten times as heavy as the lift itself would tremble without end.
   FATHOM_LANE_FUNCTION Mask is_rigid_drive(int i) const {
-    if (!is_driven(i)) return is_set(Flag{});
+    if (!(first_lane(axis(i).most) > 0)) return is_set(Flag{});
     return inverted(either(is_at_most(i), axis(i).compliance > 0.0f));
   }
   FATHOM_LANE_FUNCTION Mask is_held(int i) const {
