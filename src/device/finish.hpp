@@ -226,7 +226,7 @@ struct MoveBodies {
     const bool may_sleep = c.bits & can_sleep_bit && c.is_dynamic();
     const bool slow = may_sleep && is_slow(v, moved, c.radius, p.slow_below, p.dt);
     bodies.slow_time[i] = slow ? bodies.slow_time[i] + p.dt : 0.0f;
-    if (may_sleep && is_round(c.shape()) && bodies.touching[i] > exec::bit_count(bodies.joint_colours[i]))
+    if (may_sleep && is_round(c.shape()) && bodies.touching[i] > 0 && bodies.joint_colours[i] == 0)
       bodies.velocities[i].angular = rest_factor(v, c.shape_radius, p.slow_below, p.dt) * v.angular;
   }
 };
