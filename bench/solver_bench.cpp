@@ -70,7 +70,9 @@ class Blocks {
   }
 
   void prepare() {
-    const BodiesView view{scene_.state.poses.data(), scene_.state.solver_bodies(), scene_.state.inertia.data()};
+    BodiesView view;
+    view.poses = scene_.state.poses.data(), view.bodies = scene_.state.solver_bodies();
+    view.inertias = scene_.state.inertia.data();
     kernels_.prepare(array_, 0, stretches_.back(), lanes_.data(), constrained(), view);
   }
   void warm_start() {

@@ -210,7 +210,9 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
         &p.contact, &p.manifold, nullptr, nullptr,
         nullptr,    nullptr,     nullptr, {&touches, p.poses, velocities, p.solver + 1, 1, 1}};
     const BlockArray array{block, nullptr, kernels.block_bytes};
-    kernels.prepare(array, 0, 1, &lane, constrained, {p.poses, p.solver + 1, p.inertias});
+    BodiesView view;
+    view.poses = p.poses, view.bodies = p.solver + 1, view.inertias = p.inertias;
+    kernels.prepare(array, 0, 1, &lane, constrained, view);
     Textbook textbook(p);
     for (int sweep = 0; sweep < 4; ++sweep) {
       kernels.iterate(array, 0, 1, p.solver + 1, parameters);

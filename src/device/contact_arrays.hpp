@@ -362,10 +362,13 @@ using ContactArrays = Contacts<contact_list, contact_worklists, contact_manifold
 
 /// Bits of rare properties of constraints.
 enum ConstraintExtras : std::uint32_t {
-  offset_extra = 1,  ///< it counts as shallower or deeper than it is (`Contact::offset`)
-  row_extra = 2,     ///< it has an entry in `ConstraintArrays::extras`
-  direct_extra = 2,  ///< for a joint: it is solved directly, with its mechanism
-  all_extras = 3,
+  offset_extra = 1,   ///< it counts as shallower or deeper than it is (`Contact::offset`)
+  row_extra = 2,      ///< it has an entry in `ConstraintArrays::extras`
+  direct_extra = 2,   ///< for a joint: it is solved directly, with its mechanism
+  inertia_extra = 4,  ///< its `push_out_share` may be below one
+  jointed_shift = 3,
+  jointed_bits = jointed_steps << jointed_shift,  ///< `jointed_part` in steps
+  all_extras = 7 | jointed_bits,
 };
 
 /// Additional rows of a contact with rolling resistance or a `ContactSurface`.
@@ -383,6 +386,9 @@ struct alignas(16) ConstraintHead {
   std::uint32_t held_and_extras;
 
   FATHOM_HD bool has(ConstraintExtras extra) const { return held_and_extras & extra; }
+  FATHOM_HD float jointed() const {
+    return static_cast<float>(held_and_extras >> jointed_shift & jointed_steps) * (1.0f / jointed_steps);
+  }
   FATHOM_HD float held() const { return __builtin_bit_cast(float, held_and_extras & ~std::uint32_t{all_extras}); }
   FATHOM_HD void set_held(float part) {
     held_and_extras =

@@ -114,8 +114,24 @@ struct PrepareConstraints {
     }
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     bits |= ranks_of(pair, contact.colour());
-    const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u);
+    const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u) |
+                                 hold_extras(pair, contact, m, both);
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(made.count) | bits, extras};
+  }
+
+  template <class Inertia>
+  FATHOM_HD std::uint32_t hold_extras(PairRecord pair, const Contact& contact, const ContactManifold& m,
+                                      const ContactBodies<Inertia>& both) const {
+    const bool fixed_a = contact.fixed_a();
+    const bool has_joints =
+        counters->joints > 0 && ((fixed_a ? 0 : bodies.joint_colours[pair.a]) | bodies.joint_colours[pair.b]) != 0;
+    const float scale_a = fixed_a ? 1.0f : inertia_scale(bodies, *counters, pair.a);
+    const bool is_scaled = max(scale_a, inertia_scale(bodies, *counters, pair.b)) > 1;
+    if (!has_joints) return is_scaled ? 1u * inertia_extra : 0u;
+    if (is_scaled || contact.ahead()) return 0;
+    const float part = jointed_part(m.step_impulse, both.a.inverse_mass + both.b.inverse_mass,
+                                    2 * half_step * length(counters->gravity));
+    return static_cast<std::uint32_t>(fma(part, static_cast<float>(jointed_steps), 0.5f)) << jointed_shift;
   }
 
   FATHOM_HD void prepare_joint(std::uint32_t k, const JointRecord& joint, const SolverBody& a, const SolverBody& b,

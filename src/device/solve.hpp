@@ -415,12 +415,10 @@ struct SolveConstraints {
     const ContactAxes axes = contact.axes();
     const bool moves_as_told = fixed && !(both.a.linear == Vec3{} && both.a.angular == Vec3{});
     const CarriedBySides<Inertia> carried(surface, both, axes, moves_as_told, p.friction_lead);
-    ContactStep step = contact_step(1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity);
-    if (p.soft && head.held() > 0) {
-      stiffen(head.held(), step);
-      step.slop = support_slop(contact.frame.friction.patch_radius);
-    }
-    stiffen_uneven(both.a.inverse_mass, both.b.inverse_mass, step);
+    const ContactHold hold{p.soft ? head.held() : 0, push_share(head, both), head.jointed(), fixed};
+    ContactStep step =
+        soft_step(1 / p.h, p.contacts, p.push_out_velocity, hold, both.a.inverse_mass, both.b.inverse_mass);
+    if (hold.held > 0) step.slop = support_slop(contact.frame.friction.patch_radius);
     // A sweep only tests whether it is above zero.
     contact.bounce.restitution = head.bits & bounces_bit ? 1.0f : 0.0f;
     if constexpr (what == relax)
@@ -429,6 +427,14 @@ struct SolveConstraints {
       fathom::sweep_contact<ContactPass::soft, true>(contact, axes, both, step, carried);
     else
       fathom::sweep_contact<ContactPass::iterate, true>(contact, axes, both, step, carried);
+  }
+
+  template <class Inertia>
+  FATHOM_HD float push_share(const ConstraintHead& head, const ContactBodies<Inertia>& both) const {
+    if (!head.has(inertia_extra)) return 1;
+    const float scale_a = head.bits & pushes_fixed_bit ? 1.0f : bodies.support[head.a].load.inertia_scale;
+    return push_out_share(both.a.inverse_mass, scale_a, both.b.inverse_mass, bodies.support[head.b].load.inertia_scale,
+                          p.push_out_velocity);
   }
 
   /// Warm starting comes before anything has moved.

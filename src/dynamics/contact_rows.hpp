@@ -178,6 +178,51 @@ FATHOM_HD ContactStep contact_step(float inverse_substep, const Softness& softne
   return {inverse_substep, softness.bias_rate, softness.mass_scale, softness.impulse_scale, push_out_velocity, 0};
 }
 
+/// What a contact's springs depend on besides the masses in its rows.
+struct ContactHold {
+  float held = 0;        ///< part of it that a direct solution holds (`stiffen`)
+  float push_share = 1;  ///< `push_out_share`
+  float jointed = 0;     ///< `jointed_part`
+  bool pushes_fixed = false;
+
+  FATHOM_HD bool is_special() const { return held > 0 || push_share < 1 || jointed > 0; }
+};
+
+/// To what part (0 to 1) a contact with jointed bodies counts as one that moves more than it knows: by its load, as the
+/// change of velocity (m/s) that its `impulse` (N·s) of the last step would give to its own bodies over what a `fall`
+/// gains in a step (m/s). In steps of a `jointed_steps`th, which is how the device stores it.
+inline constexpr int jointed_steps = 3;
+FATHOM_HD float jointed_part(float impulse, float inverse_mass_sum, float fall) {
+  if (!(fall > 0)) return 0;
+  const float load = impulse * inverse_mass_sum / fall;
+  const float part = clamp((load - jointed_load) / jointed_load, 0.0f, 1.0f);
+  return static_cast<float>(static_cast<int>(fma(part, static_cast<float>(jointed_steps), 0.5f))) *
+         (1.0f / jointed_steps);
+}
+
+/// Parameters of a soft sweep over a contact. The inverse masses (1/kg) are those in its rows, 0 for A if
+/// `pushes_fixed`.
+///
+/// Its rows do not know what moves with jointed bodies through their joints: a plate that is welded to a wall carries
+/// as if it had infinite mass. If a contact moves R times the mass that it knows, the gap x follows D³x + a D²x + k (1
+/// + s) Dx + k s b x = 0 as with joints (`rigid_joint_rate`), with k = 1/R. That is stable for all R where a (1 + s) >
+/// s b. Springs against fixed bodies are too stiff for it from R = 25 on, and those that give back half as much from R
+/// = 8.
+FATHOM_HD ContactStep soft_step(float inverse_substep, const ContactSoftness& contacts, float push_out_velocity,
+                                const ContactHold& hold, float inverse_mass_a, float inverse_mass_b) {
+  const float push_out = hold.push_share * push_out_velocity;
+  ContactStep step = contact_step(inverse_substep, hold.pushes_fixed ? contacts.fixed : contacts.dynamic, push_out);
+  stiffen_uneven(inverse_mass_a, inverse_mass_b, step);
+  if (hold.jointed > 0) {
+    const Softness& soft = contacts.dynamic;
+    step.bias_rate = fma(hold.jointed, soft.bias_rate - step.bias_rate, step.bias_rate);
+    step.mass_scale = fma(hold.jointed, soft.mass_scale - step.mass_scale, step.mass_scale);
+    step.impulse_scale = fma(hold.jointed, soft.impulse_scale - step.impulse_scale, step.impulse_scale);
+  }
+  if (hold.held > 0) stiffen(hold.held, step);
+  return step;
+}
+
 /// Data of a contact that few have: its surfaces move, or their friction depends on direction. Stored apart from the
 /// other rows.
 struct ContactSurface {

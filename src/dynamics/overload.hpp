@@ -42,6 +42,16 @@ FATHOM_HD float lasting_load(float impulse, float gained_a, float gained_b) {
   return max(impulse - (gained_a + gained_b), 0.0f);
 }
 
+/// Share of `push_out` (m/s) at which a contact pushes bodies out that have added inertia: the square of the true
+/// effective mass over that in its rows, down to `loaded_push_out`. A spring that has grown stiffer while it was
+/// compressed would otherwise throw its load up: a slab that is set down on balls of a thousandth of its mass, at 3.7
+/// times its speed. The inverse masses (1/kg) are those of the rows, in which the inertia is `scale` times the body's
+/// own; 0 for a body that cannot be pushed.
+FATHOM_HD float push_out_share(float inverse_a, float scale_a, float inverse_b, float scale_b, float push_out) {
+  const float share = (inverse_a + inverse_b) / fma(inverse_a, scale_a, inverse_b * scale_b);
+  return share < 1 ? min(max(share * share, loaded_push_out / push_out), 1.0f) : 1.0f;
+}
+
 /// What contacts want for a body that stands on nothing, directly or through others.
 inline constexpr float unsupported_inertia = 0.5f;
 

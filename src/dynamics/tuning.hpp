@@ -15,6 +15,9 @@ namespace fathom {
 inline constexpr float contact_rate = 0.15f;
 /// Factor on the stiffness of springs against bodies that cannot be pushed: twice the frequency.
 inline constexpr float fixed_stiffness_ratio = 4;
+/// Load of a contact with jointed bodies, in weights of its own bodies, from which on it begins to count as one that
+/// moves more than it knows; from twice that on it does so wholly (`jointed_part`).
+inline constexpr float jointed_load = 2;
 /// Mass ratio above which a pair is uneven, and the factor on the leak of its light body's contact (`stiffen_uneven`;
 /// docs/log/2026-11-22-loads.md).
 inline constexpr float uneven_ratio = 8.0f, uneven_share = 0.5f;
@@ -108,6 +111,11 @@ inline constexpr float pressed_share = 0.1f;
 inline constexpr float pressed_deep = 0.2f;
 /// m, and share of the thinner shape's half thickness, beyond which bodies are certainly apart (`skin_of`).
 inline constexpr float max_skin = 0.001f, skin_share = 0.02f;
+/// Depth, as a share of the distance between the centres, by which a body that is jammed between others may get deeper
+/// within a step (`HoldBack::jammed`): for rounding. More might add up.
+inline constexpr float jammed_slack = 1e-6f;
+/// Share of its velocity that a body keeps in a step in which it could not move at all.
+inline constexpr float kept_when_stuck = 0.5f;
 /// Maximum angle (rad) by which a body turns within a substep (docs/solver.md, Rotation). Rotations are exact for any
 /// angle; bodies with several principal moments turn in a bounded number of parts (rotation.hpp).
 inline constexpr float max_turn = 16;
@@ -130,6 +138,9 @@ inline constexpr float max_inertia = 16;
 /// docs/log/2026-11-30-plates-at-rest.md).
 inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.98f;
 inline constexpr float unloaded_decay = 0.65f, moving_decay = 0.5f, settled_speed = 0.1f;
+/// m/s at which contacts push bodies with much added inertia out (`push_out_share`,
+/// docs/log/2026-12-01-held-from-behind.md).
+inline constexpr float loaded_push_out = 0.2f;
 /// Relative speed (m/s) of its bodies above which a contact's load counts as a hit.
 inline constexpr float loaded_speed = 1;
 

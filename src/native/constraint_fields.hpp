@@ -37,9 +37,13 @@ enum Field : int {
   slide_22,  // inverse of the tangential 2×2 matrix
   twist_mass,
   patch_radius,
-  step_impulse,  // along the normal, sum of all points over the step
-  held_part,     // from the supports' direct solution; only if the header says so
-  inertia_a,     // six each: xx yy zz xy xz yz
+  step_impulse,   // along the normal, sum of all points over the step
+  held_part,      // from the supports' direct solution; this and the next only if the header says so (`rare`)
+  own_bias_rate,  // `soft_step`
+  own_mass_scale,
+  own_impulse_scale,
+  own_push_out,
+  inertia_a,  // six each: xx yy zz xy xz yz
   inertia_b = inertia_a + 6,
   field_count = inertia_b + 6,
   roll_length = field_count,  // rolling resistance, and its impulse in world axes

@@ -13,6 +13,8 @@
 #include "dynamics/contact_rows.hpp"
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/overlap.hpp"
+#include "dynamics/overload.hpp"
+#include "native/body_state.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/contact_rows-inl.hpp"
 #include "native/prefetch.hpp"
@@ -36,7 +38,6 @@ struct LaneContacts {
   const float* inertia_of_b[width];
   HWY_ALIGN float counts[width];
   HWY_ALIGN float offsets[width];
-  HWY_ALIGN float held[width];
   HWY_ALIGN float curvature[width];  // of round contacts, if the block has some; else 0
   HWY_ALIGN float share_a[width];
   HWY_ALIGN std::int32_t touch_bits[width];
@@ -48,6 +49,47 @@ struct LaneContacts {
   }
 };
 
+HWY_NOINLINE ContactHold hold_of(const Contact& c, const ContactManifold& m, const BodiesView& view) {
+  ContactHold hold;
+  hold.pushes_fixed = c.fixed_a;
+  if (view.held && view.levels[c.a] != view.levels[c.b])
+    hold.held = max(c.fixed_a ? view.held[c.b] : min(view.held[c.a], view.held[c.b]), 0.0f);
+  const auto scale_of = [&](std::uint32_t slot) { return view.overloads ? view.overloads->inertia_scale(slot) : 1; };
+  const float scale_a = c.fixed_a ? 1.0f : scale_of(c.a), scale_b = scale_of(c.b);
+  const bool has_joints = view.flags && ((c.fixed_a ? 0 : view.flags[c.a]) | view.flags[c.b]) & jointed;
+  if (has_joints && max(scale_a, scale_b) <= 1 && !c.ahead) {
+    const float inverse_sum = (c.fixed_a ? 0.0f : view.bodies[c.a].inverse_mass) + view.bodies[c.b].inverse_mass;
+    hold.jointed = jointed_part(m.step_impulse, inverse_sum, view.def->dt * length(view.def->gravity));
+  }
+  if (!has_joints && view.overloads)
+    hold.push_share = push_out_share(c.fixed_a ? 0.0f : view.bodies[c.a].inverse_mass, scale_a,
+                                     view.bodies[c.b].inverse_mass, scale_b, view.def->solver.push_out_velocity);
+  return hold;
+}
+
+/// Fills the fields that `contact_step` reads.
+template <class D>
+HWY_NOINLINE void store_own_softness(const Block<D>& block, const std::uint32_t* indices,
+                                     const Constrained& constrained, const BodiesView& view) {
+  const SolverSettings& settings = view.def->solver;
+  const ContactSoftness softness = contact_softness(settings, view.def->dt / static_cast<float>(settings.substeps));
+  for (std::size_t i = 0; i < Block<D>::width; ++i) {
+    ContactHold hold;
+    ContactStep step{};
+    if (indices[i] != none) {
+      const Contact& c = constrained.contacts[indices[i]];
+      hold = hold_of(c, constrained.manifolds[c.manifold], view);
+      step = soft_step(0, softness, settings.push_out_velocity, hold, c.fixed_a ? 0.0f : view.bodies[c.a].inverse_mass,
+                       view.bodies[c.b].inverse_mass);
+    }
+    block.at(held_part)[i] = hold.held;
+    block.at(own_bias_rate)[i] = step.bias_rate;
+    block.at(own_mass_scale)[i] = step.mass_scale;
+    block.at(own_impulse_scale)[i] = step.impulse_scale;
+    block.at(own_push_out)[i] = step.push_out_velocity;
+  }
+}
+
 template <class D>
 HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices,
                                     const Constrained& constrained, const BodiesView& view, LaneContacts<D>& lanes) {
@@ -55,6 +97,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
   h.fixed_a = h.still_a = h.isotropic = true;
   std::size_t points_of_block = 0;
   bool any_round = false;
+  const bool may_differ = view.held || view.overloads || view.flags;
   for (std::size_t i = 0; i < Block<D>::width; ++i) {
     const std::uint32_t index = contact_indices[i];
     if (index == none) {
@@ -62,7 +105,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
       block.a()[i] = block.b()[i] = none;
       lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
-      lanes.counts[i] = lanes.offsets[i] = lanes.held[i] = 0;
+      lanes.counts[i] = lanes.offsets[i] = 0;
       lanes.touch_bits[i] = 0;
       continue;
     }
@@ -81,12 +124,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
     lanes.counts[i] = m.point_count_as_float();
     lanes.offsets[i] = c.slack.offset();
-    lanes.held[i] = 0;
-    if (view.held) {
-      if (view.levels[c.a] != view.levels[c.b])
-        lanes.held[i] = max(c.fixed_a ? view.held[c.b] : min(view.held[c.a], view.held[c.b]), 0.0f);
-      h.held = h.held || lanes.held[i] > 0;
-    }
+    if (may_differ) h.own_softness = h.own_softness || hold_of(c, m, view).is_special();
     h.lanes = static_cast<std::uint8_t>(i + 1);
     const int count = m.point_count();
     points_of_block += static_cast<std::size_t>(count);
@@ -102,7 +140,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.touch_bits[i] = static_cast<std::int32_t>(c.touch_bits());
   }
   h.round = any_round;
-  h.rare = h.held || h.by_direction;
+  h.rare = h.own_softness || h.by_direction;
   block.header() = h;
   return points_of_block;
 }
@@ -169,7 +207,6 @@ HWY_NOINLINE void prepare_surfaces(const Block<D>& block, const std::uint32_t* i
     block.at(surface_x)[i] = surface.slide.x, block.at(surface_y)[i] = surface.slide.y;
     block.at(surface_z)[i] = surface.slide.z;
     block.at(grain_1)[i] = surface.grain_1, block.at(grain_2)[i] = surface.grain_2;
-    if (!block.header().held) block.at(held_part)[i] = 0;
   }
 }
 
@@ -389,7 +426,7 @@ HWY_INLINE void prepare_located(const Block<D>& block, const LaneContacts<D>& la
   block.header().has_offsets = !hn::AllTrue(d, hn::Eq(offset, hn::Zero(d)));
   block.header().deep = !hn::AllFalse(d, hn::Lt(nearest, hn::Set(d, -view.min_deep)));
   note_touch_bits(block, lanes, nearest);
-  if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
+  if (HWY_UNLIKELY(block.header().rare)) store_own_softness(block, indices, constrained, view);
   if (!block.header().isotropic) {
     block.set_inertia(inertia_a, masses.a.spin);
     block.set_inertia(inertia_b, masses.b.spin);

@@ -107,23 +107,25 @@ HWY_INLINE void store_contact_bodies(const Block<D>& block, B& bodies, hn::Vec<D
   store_bodies(block, bodies, sums, [&](const std::uint8_t* finite) HWY_ATTR { forget_impulses(block, finite); });
 }
 
-/// Parameters of a block's sweep; `held`: some lanes may be held directly.
-template <ContactPass pass, bool held, class D, class B, class V = hn::Vec<D>>
+/// Parameters of a block's sweep; `own`: lanes have their own softness.
+template <ContactPass pass, bool own, class D, class B, class V = hn::Vec<D>>
 HWY_INLINE ContactStepOf<V> contact_step(const Block<D>& block, const B& bodies, const SweepParameters& p) {
   const D d;
   const Softness& s = B::only_pushes_b ? p.contacts.fixed : p.contacts.dynamic;
   ContactStepOf<V> step{hn::Set(d, p.inverse_substep), hn::Set(d, s.bias_rate),         hn::Set(d, s.mass_scale),
                         hn::Set(d, s.impulse_scale),   hn::Set(d, p.push_out_velocity), hn::Zero(d)};
-  if constexpr (held) {
-    const V part = block.get(held_part);
-    if constexpr (pass == ContactPass::soft) stiffen(part, step);
-    step.slop = hn::IfThenElseZero(hn::Gt(part, hn::Zero(d)), support_slop(block.get(patch_radius)));
+  if constexpr (own)
+    step.slop = hn::IfThenElseZero(hn::Gt(block.get(held_part), hn::Zero(d)), support_slop(block.get(patch_radius)));
+  if constexpr (own && pass == ContactPass::soft) {
+    step.bias_rate = block.get(own_bias_rate), step.mass_scale = block.get(own_mass_scale);
+    step.impulse_scale = block.get(own_impulse_scale), step.push_out_velocity = block.get(own_push_out);
+  } else if constexpr (pass == ContactPass::soft) {
+    stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
   }
-  if constexpr (pass == ContactPass::soft) stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
   return step;
 }
 
-/// `rare`: some lanes may be held directly, or have a friction that depends on direction.
+/// `rare`: lanes have their own softness, and may have a friction that depends on direction.
 template <ContactPass pass, class D, bool fixed_a, bool isotropic, bool rare = false>
 HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   Bodies<D, fixed_a, isotropic> bodies;

@@ -36,12 +36,15 @@ struct BodiesView {
   const BodyMotion* motion = nullptr;
   const float* held = nullptr;            ///< part of the supports' last solution; null if none is held
   const std::uint16_t* levels = nullptr;  ///< of held bodies
-  const std::uint8_t* swings = nullptr;   ///< see BodyState; null without joints
-  const std::uint8_t* direct = nullptr;   ///< by joint, 1: its mechanism is solved directly; null if none is
-  bool any_fast = true;                   ///< some body may approach another faster than the hit threshold
-  float half_step = 0;                    ///< s, half a step
-  float substeps = 1;                     ///< in a step
-  float min_deep = 1e30f;                 ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
+  const Overloads* overloads = nullptr;   ///< null if none has added inertia
+  const std::uint8_t* flags = nullptr;    ///< see BodyState; null without joints
+  const WorldDef* def = nullptr;
+  const std::uint8_t* swings = nullptr;  ///< see BodyState; null without joints
+  const std::uint8_t* direct = nullptr;  ///< by joint, 1: its mechanism is solved directly; null if none is
+  bool any_fast = true;                  ///< some body may approach another faster than the hit threshold
+  float half_step = 0;                   ///< s, half a step
+  float substeps = 1;                    ///< in a step
+  float min_deep = 1e30f;                ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
 };
 
 /// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
@@ -108,8 +111,8 @@ struct BlockHeader {
   bool still_a = false;                           ///< … nor moves by itself
   bool isotropic = false;                         ///< all bodies' inertias are multiples of the identity
   bool restitution = false;                       ///< some lane bounces
-  bool held = false;                              ///< some lane is held by its supports' direct solution
-  bool rare = false;                              ///< `held` or `by_direction`
+  bool own_softness = false;                      ///< some lane is unlike others (`ContactHold`)
+  bool rare = false;                              ///< `own_softness` or `by_direction`
   bool has_offsets = false;                       ///< some lane's depth has an offset
   bool deep = false;                              ///< some lane may be deeper than allowed
   bool round = false;                             ///< some lane's contact has a round body
