@@ -107,12 +107,19 @@ struct HoldBackFast {
 
   /// Obstacles that hold a body back, round by round. Held back by one, it may end in another, so its way is searched
   /// several times.
-  enum Round : int { free_pairs, fixed_pairs, first_search, last_search = first_search + 3, beside_carrier };
+  enum Round : int {
+    free_pairs,
+    fixed_pairs,
+    first_search,
+    last_search = first_search + hold_back_rounds - 1,
+    beside_carrier
+  };
 
   /// Returns whether it changed the body's end pose.
   FATHOM_HD bool hold_back(std::uint32_t i) const {
     const auto& bodies = move.bodies;
     bool moved = false, is_free = true;  // moved in any round; free in this one
+    const bool has_joints = bodies.joint_colours[i] != 0;
     int round = from_free ? free_pairs : fixed_pairs;
     std::uint32_t carrier = none;
     Aabb way;
@@ -127,7 +134,16 @@ struct HoldBackFast {
           put(i, begin_beside(i, carrier), bodies.velocities[i]);
           if (carrier == none) return true;
         }
-        ++round;
+        round = round >= first_search ? first_search + round_after(round - first_search, has_joints) : round + 1;
+        if (round == first_search + turned_back_from || round == first_search + moved_back_from) {
+          Pose pose = bodies.before[i];
+          Velocity v = bodies.velocities[i];
+          if (round == first_search + turned_back_from)
+            pose.position = bodies.poses[i].position;
+          else
+            v.linear *= kept_when_stuck, v.angular *= kept_when_stuck;
+          put(i, pose, v);
+        }
         way = box_of_way(i);
         last = no_obstacle, is_free = true;
         continue;
@@ -135,7 +151,9 @@ struct HoldBackFast {
       last = o.key;
       Pose end;
       Velocity then;
-      if (!is_held(o, i, end, then)) continue;
+      const bool is_searching = round >= first_search && round <= last_search;
+      const HoldBack how = is_searching ? how_in(round - first_search, has_joints) : HoldBack::with_room;
+      if (!is_held(o, i, how, end, then)) continue;
       moved = true, is_free = false;
       if (bodies.constants[o.piece()].motion() == MotionType::kinematic) carrier = body_of(bodies, o.piece());
       if (o.contact != none) forget_build(o.contact);
@@ -331,7 +349,7 @@ struct HoldBackFast {
   }
 
   /// Whether the obstacle holds body i back, and its end pose and velocity then.
-  FATHOM_HD bool is_held(const Obstacle& o, std::uint32_t i, Pose& end, Velocity& then) const {
+  FATHOM_HD bool is_held(const Obstacle& o, std::uint32_t i, HoldBack how, Pose& end, Velocity& then) const {
     const auto& bodies = move.bodies;
     const TouchingPieces pieces{o.piece(), o.held_piece()};
     const auto [a, b] = pieces;
@@ -357,7 +375,7 @@ struct HoldBackFast {
         collide_shapes<with_hulls>(on_a.geometry, on_b.geometry, relative(pose_a, pose_b), margin, axis);
     const float skin = skin_of(on_a, on_b, half);
     const Apart first = apart_at_first(on_a, on_b, near_cores(was_a, was_b, dt, skin), seen, skin);
-    FreeWay way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
+    FreeWay way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt, how);
     const auto seams = seams_of(bodies, contacts, dt);
     if (!way.is_free && !o.is_free && seams.may_have(pieces)) {
       const auto kept = [&](const Pose& b_in_a, float close, const Manifold& m) {

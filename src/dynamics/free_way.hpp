@@ -47,11 +47,27 @@ FATHOM_HD Apart apart_carried(const NearCores& cores, const Pose& a, const Pose&
   return most;
 }
 
+/// How exactly a body is held back. Lifted a little farther than necessary it stays outside in spite of rounding, but
+/// where bodies are jammed between two others, a lift from one presses them into the other.
+enum class HoldBack : std::uint8_t { with_room, jammed };
+
+/// Rounds of attempts to hold a body back from everything on its way: from `jammed_from` on without room, from
+/// `turned_back_from` on with the orientation, and from `moved_back_from` on from the pose, with which the step began.
+inline constexpr int jammed_from = 2, turned_back_from = 4, moved_back_from = 6, hold_back_rounds = 8;
+
+/// How a round holds back, and the round after it. Bodies with joints get room until they are moved back: a torn joint
+/// would drag them along in their jam, and shake them.
+FATHOM_HD HoldBack how_in(int round, bool has_joints) {
+  return round < (has_joints ? moved_back_from : jammed_from) ? HoldBack::with_room : HoldBack::jammed;
+}
+FATHOM_HD int round_after(int round, bool has_joints) {
+  return has_joints && round + 1 == turned_back_from ? moved_back_from : round + 1;
+}
+
 /// Whether moving bodies that touched as the step began end behind or inside each other.
 template <bool with_hulls = true>
-FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Mover& on_b, const Apart& first, float half,
-                           float dt) {
-  const float allowed = allowed_depth(first.gap, half);
+FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Mover& on_b, const Apart& first,
+                           float allowed, float dt) {
   const auto at = [dt](const Mover& m, float part) { return advanced(m.pose, m.velocity, part * dt); };
   const auto in_front = [&](float part) {
     return apart_carried(cores, on_a.pose, on_b.pose, at(on_a, part), at(on_b, part), first.normal).gap >= -allowed;
@@ -87,7 +103,7 @@ FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Move
 /// that of `look_ahead`.
 template <bool with_hulls = true>
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
-                           float half, float dt) {
+                           float half, float dt, HoldBack how = HoldBack::with_room) {
   FreeWay way;
   const Vec3 normal = first.normal;
   const float gap = first.gap;
@@ -99,8 +115,11 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   const float end_gap = separation_along(cores, end_a, end_b, normal);
   if (end_gap >= -allowed) return way;
   if (gap <= skin) {
-    if (!gets_behind<with_hulls>(cores, on_a, on_b, first, half, dt)) return way;
-    way.lift(cores, end_a, end_b, normal, skin - allowed - end_gap);  // otherwise rounding could put it inside again
+    const bool is_jammed = how == HoldBack::jammed;
+    const float rounding = jammed_slack * (length(b.pose.position - a.pose.position) + half);
+    const float tolerated = is_jammed ? allowed + rounding : allowed;
+    if (end_gap >= -tolerated || !gets_behind<with_hulls>(cores, on_a, on_b, first, tolerated, dt)) return way;
+    way.lift(cores, end_a, end_b, normal, (is_jammed ? 0 : skin) - allowed - end_gap);
     return way;
   }
   // B moves on with the surface that it meets (or it would run B over), and along it. An arm that turns pushes B,

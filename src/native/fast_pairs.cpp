@@ -56,7 +56,7 @@ void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& 
 /// next step. There it may be inside or behind another body.
 void NativeSimulator::hold_back_fast() {
   changes_.for_each_fast_pair([&](const FastPair& pair) {
-    if (!is_free(pair) && hold_back(pair))
+    if (!is_free(pair) && hold_back(pair, HoldBack::with_room))
       strays_.list.push_back({pair.b, {pair.pose_b.position, 0, pair.pose_b.rotation}});
   });
   hold_back_strays();
@@ -106,7 +106,7 @@ void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
 }
 
 /// Returns whether it changed B's end pose.
-bool NativeSimulator::hold_back(const FastPair& pair) {
+bool NativeSimulator::hold_back(const FastPair& pair, HoldBack how) {
   if ((state_.flags[pair.b] & (awake | isolated)) != awake) return false;
   if (bodies[pair.a].geometry.is_surface()) return hold_back_from_surface(pair);
   const Piece a = piece_of(bodies[pair.a], pair.children.a), b = piece_of(bodies[pair.b], pair.children.b);
@@ -116,7 +116,7 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
   const Mover on_b = mover_of(b, pair.pose_b, v, def.dt);
   const Pose end_a = a.is_child ? state_.poses[pair.a] * a.pose : state_.poses[pair.a];
   const Pose end_b = b.is_child ? end * b.pose : end;
-  FreeWay way = free_way(on_a, on_b, end_a, end_b, pair.first, min(a.half, b.half), def.dt);
+  FreeWay way = free_way(on_a, on_b, end_a, end_b, pair.first, min(a.half, b.half), def.dt, how);
   if (!way.is_free && (a.is_child || b.is_child || seams_.may_have(pair.a))) {
     const SeamSide side_a{pair.a, pair.children.a, a}, side_b{pair.b, pair.children.b, b};
     const auto kept = [&](const Pose& b_in_a, float margin, const Manifold& m) {
@@ -165,14 +165,24 @@ void NativeSimulator::hold_back_strays() {
 }
 
 void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies) {
-  // Holding it back from one obstacle may move it into another. Its initial pose was outside all of them. If a
-  // kinematic body has carried it on from there, it is held back from static ones.
-  constexpr int rounds = 4;
+  // Holding it back from one obstacle may move it into another. Its initial pose was outside all of them, or as deep
+  // inside as it may be. If a kinematic body has carried it on from there, it is held back from static ones.
   std::uint32_t carrier = none;
-  for (int round = 0; round < rounds; ++round) {
+  const bool has_joints = state_.flags[stray.slot] & jointed;
+  for (int round = 0; round < hold_back_rounds; round = round_after(round, has_joints)) {
+    if (round == turned_back_from || round == moved_back_from) {
+      Pose pose = stray.begin;
+      Velocity v = state_.velocities[stray.slot];
+      if (round == turned_back_from)
+        pose.position = state_.poses[stray.slot].position;
+      else
+        v.linear *= kept_when_stuck, v.angular *= kept_when_stuck;
+      put_back(stray.slot, pose, v);
+    }
+    const HoldBack how = how_in(round, has_joints);
     bool is_free = true;
     for (const std::uint32_t slot : obstacles_of(stray, kinematic_bodies)) {
-      if (!hold_back(stray, slot)) continue;
+      if (!hold_back(stray, slot, how)) continue;
       is_free = false;
       if (bodies[slot].motion != MotionType::fixed) carrier = slot;
     }
@@ -182,7 +192,7 @@ void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vec
   if (carrier == none) return put_back(stray.slot, stray.begin, v);
   put_back(stray.slot, state_.poses[carrier] * relative(begin_of_obstacle(carrier), stray.begin), v);
   for (const std::uint32_t slot : obstacles_of(stray, kinematic_bodies))
-    if (bodies[slot].motion == MotionType::fixed) hold_back(stray, slot);
+    if (bodies[slot].motion == MotionType::fixed) hold_back(stray, slot, HoldBack::with_room);
 }
 
 Pose NativeSimulator::begin_of_obstacle(std::uint32_t slot) const {
@@ -215,7 +225,7 @@ std::vector<std::uint32_t> NativeSimulator::obstacles_of(const Strays::Stray& st
   return found.slots;
 }
 
-bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstacle) {
+bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstacle, HoldBack how) {
   const BodyInfo &info = bodies[stray.slot], &other = bodies[obstacle];
   const Velocity v = state_.velocities[obstacle];
   const Pose pose = begin_of_obstacle(obstacle);
@@ -232,7 +242,7 @@ bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstac
       const float skin = skin_of(on_a, on_b, min(a.half, b.half));
       first = apart_at_first(on_a, on_b, near_cores(on_a, on_b, def.dt, skin), {}, skin);
     }
-    is_held |= hold_back({none, obstacle, stray.slot, pose, stray.begin, first, children});
+    is_held |= hold_back({none, obstacle, stray.slot, pose, stray.begin, first, children}, how);
   });
   return is_held;
 }

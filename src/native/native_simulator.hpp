@@ -25,6 +25,10 @@
 #include "threads/thread_pool.hpp"
 #include "world/simulator.hpp"
 
+namespace fathom {
+enum class HoldBack : std::uint8_t;  // dynamics/free_way.hpp
+}  // namespace fathom
+
 namespace fathom::native {
 
 class NativeSimulator : public Simulator {
@@ -144,8 +148,8 @@ class NativeSimulator : public Simulator {
   std::vector<std::uint32_t> obstacles_of(const Strays::Stray& stray,
                                           const std::vector<std::uint32_t>& kinematic_bodies);
   Pose begin_of_obstacle(std::uint32_t slot) const;
-  bool hold_back(const Strays::Stray& stray, std::uint32_t obstacle);
-  bool hold_back(const FastPair& pair);
+  bool hold_back(const Strays::Stray& stray, std::uint32_t obstacle, HoldBack how);
+  bool hold_back(const FastPair& pair, HoldBack how);
   void put_back(std::uint32_t slot, const Pose& pose, Velocity v);
   bool hold_back_from_surface(const FastPair& pair);  // parted_pairs.cpp
   void forget_build(std::uint32_t first);
