@@ -316,11 +316,11 @@ float fastest_of_heap(const WorldDef& def, const Shape& ground, float height, st
 // Of 1,200 such heaps one in seven has a body that still moves (docs/log/2026-12-01-arms-midway.md).
 TEST_P(RoundedWorld, HeapsAreNotLostAndMostlyAtRest) {
   int at_rest = 0;
-  for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+  for (std::uint32_t seed = 1; seed <= 10; ++seed) {
     at_rest += fastest_of_heap(world_of(GetParam()), box({8, 8, 0.5f}), -0.5f, seed) < 0.05f;
     at_rest += fastest_of_heap(world_of(GetParam()), flat_mesh(), 0, seed) < 0.05f;
   }
-  EXPECT_GE(at_rest, 6);
+  EXPECT_GE(at_rest, 15);
 }
 
 TEST(Rounded, SavedShapesAndSnapshotsKeepTheRadius) {
