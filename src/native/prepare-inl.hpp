@@ -49,7 +49,7 @@ struct LaneContacts {
   }
 };
 
-HWY_NOINLINE ContactHold hold_of(const Contact& c, const ContactManifold& m, const BodiesView& view) {
+inline HWY_NOINLINE ContactHold hold_of(const Contact& c, const ContactManifold& m, const BodiesView& view) {
   ContactHold hold;
   hold.pushes_fixed = c.fixed_a;
   if (view.held && view.levels[c.a] != view.levels[c.b])
