@@ -56,7 +56,7 @@ inline HWY_NOINLINE ContactHold hold_of(const Contact& c, const ContactManifold&
     hold.held = max(c.fixed_a ? view.held[c.b] : min(view.held[c.a], view.held[c.b]), 0.0f);
   const auto scale_of = [&](std::uint32_t slot) { return view.overloads ? view.overloads->inertia_scale(slot) : 1; };
   const float scale_a = c.fixed_a ? 1.0f : scale_of(c.a), scale_b = scale_of(c.b);
-  const bool has_joints = view.flags && ((c.fixed_a ? 0 : view.flags[c.a]) | view.flags[c.b]) & jointed;
+  const bool has_joints = view.swings && ((c.fixed_a ? 0 : view.flags[c.a]) | view.flags[c.b]) & jointed;
   if (has_joints && max(scale_a, scale_b) <= 1 && !c.ahead) {
     const float inverse_sum = (c.fixed_a ? 0.0f : view.bodies[c.a].inverse_mass) + view.bodies[c.b].inverse_mass;
     hold.jointed = jointed_part(m.step_impulse, inverse_sum, view.def->dt * length(view.def->gravity));
@@ -97,7 +97,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
   h.fixed_a = h.still_a = h.isotropic = true;
   std::size_t points_of_block = 0;
   bool any_round = false;
-  const bool may_differ = view.held || view.overloads || view.flags;
+  const bool may_differ = view.held || view.overloads || view.swings;
   for (std::size_t i = 0; i < Block<D>::width; ++i) {
     const std::uint32_t index = contact_indices[i];
     if (index == none) {

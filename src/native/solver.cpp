@@ -266,18 +266,19 @@ void ContactSolver::for_each_part_of_kinematic(const Act& act) {
 void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step) {
   const bool has_moved = layout_.update(in_contact, neighbourhood);
   stand_ins_.lay_out(layout_);
+  if (def_.solver.method == Solver::soft) {
+    supports_.update(in_contact.slots, layout_, has_moved, step);
+    mechanisms_.update(layout_, has_moved, pool_.size());
+    for_each_number(mechanisms_.all(), [this](std::uint32_t mechanism) { mechanisms_.note_torn(mechanism); });
+    mechanisms_.for_each_inertia(
+        [this](std::uint32_t slot, float inertia) { supports_.overloads().require(slot, inertia); });
+    note_swings();
+  }
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
   const bool several = pool_.thread_count() > 1;
   wide_blocks_.scattered = several || graph_.domains().in_use();
   wide_blocks_.shared = several && layout_.groups().empty();
-  if (def_.solver.method != Solver::soft) return;
-  supports_.update(in_contact.slots, layout_, has_moved, step);
-  mechanisms_.update(layout_, has_moved, pool_.size());
-  for_each_number(mechanisms_.all(), [this](std::uint32_t mechanism) { mechanisms_.note_torn(mechanism); });
-  mechanisms_.for_each_inertia(
-      [this](std::uint32_t slot, float inertia) { supports_.overloads().require(slot, inertia); });
-  note_swings();
 }
 
 void ContactSolver::note_swings() {
@@ -388,7 +389,7 @@ BodiesView ContactSolver::view() {
           supports_.held(),
           supports_.levels(),
           supports_.overloads().any_scaled() ? &supports_.overloads() : nullptr,
-          graph_.joint_slots() > 0 ? state_.flags.data() : nullptr,
+          state_.flags.data(),
           &def_,
           swings(),
           mechanisms_.direct(),
@@ -472,7 +473,9 @@ LoadWatch ContactSolver::load_watch() {
 std::size_t ContactSolver::block_bytes(const SolverKernels& kernels) const {
   if (graph_.any_generic_joints()) return kernels.joint_block_bytes;
   if (graph_.may_roll() || graph_.any_moving_surface() || graph_.any_by_direction()) return kernels.surface_block_bytes;
-  return bodies_.any_anisotropic() ? kernels.block_bytes : kernels.isotropic_block_bytes;
+  if (bodies_.any_anisotropic()) return kernels.block_bytes;
+  const bool may_differ = supports_.held() || supports_.overloads().any_scaled() || graph_.joint_slots() > 0;
+  return may_differ ? kernels.own_block_bytes : kernels.isotropic_block_bytes;
 }
 
 void ContactSolver::make_room_for_blocks() {

@@ -375,6 +375,7 @@ SolverKernels make_kernels(const char* name) {
   return {name,
           static_cast<int>(Block<D>::width),
           Block<D>::bytes_up_to(field_count),
+          Block<D>::bytes_up_to(own_bias_rate),
           Block<D>::bytes_up_to(inertia_a),
           Block<D>::bytes_up_to(surface_field_count),
           Block<D>::bytes_up_to(generic_field_count),

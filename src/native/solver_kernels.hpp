@@ -37,7 +37,7 @@ struct BodiesView {
   const float* held = nullptr;            ///< part of the supports' last solution; null if none is held
   const std::uint16_t* levels = nullptr;  ///< of held bodies
   const Overloads* overloads = nullptr;   ///< null if none has added inertia
-  const std::uint8_t* flags = nullptr;    ///< see BodyState; null without joints
+  const std::uint8_t* flags = nullptr;    ///< see BodyState
   const WorldDef* def = nullptr;
   const std::uint8_t* swings = nullptr;  ///< see BodyState; null without joints
   const std::uint8_t* direct = nullptr;  ///< by joint, 1: its mechanism is solved directly; null if none is
@@ -133,7 +133,8 @@ struct SolverKernels {
   const char* name;  ///< of the instruction set
   int width;         ///< lanes
   std::size_t block_bytes;
-  std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
+  std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors or own softness
+  std::size_t own_block_bytes;        ///< of a block without inertia tensors
   std::size_t surface_block_bytes;    ///< of a block with rolling resistance or `ContactSurface`s, including tensors
   std::size_t joint_block_bytes;      ///< of a block that may contain generic joints, including all of these
   std::size_t bounce_floats;          ///< per block

@@ -20,6 +20,7 @@ class SupportSolver {
       : def_(def), bodies_(bodies), state_(state), graph_(graph), support_graph_(bodies, state, graph) {}
 
   Overloads& overloads() { return overloads_; }
+  const Overloads& overloads() const { return overloads_; }
   /// ω² / g of contacts in this step, as for `sweep_load` (1/m); 0 without gravity.
   float stiffness() const { return stiffness_; }
 
