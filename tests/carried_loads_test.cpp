@@ -5,27 +5,18 @@
 #include <string>
 
 #include "random.hpp"
-#include "world_fixture.hpp"
+#include "simulator_fixture.hpp"
 
 namespace fathom::test::carried_loads_test {
 namespace {
 
-class CarriedLoads : public testing::TestWithParam<SimulatorKind> {
+class CarriedLoads : public OnSimulator {
  protected:
-  static WorldDef quiet() {
-    WorldDef def = quiet_world();
-    def.simulator = GetParam();
-    def.device = test_device();
-    return def;
-  }
+  static WorldDef quiet() { return on_simulator(quiet_world()); }
 };
 INSTANTIATE_TEST_SUITE_P(Simulators, CarriedLoads,
                          testing::Values(SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid),
-                         [](const auto& simulator) {
-                           return std::string(simulator.param == SimulatorKind::native   ? "native"
-                                              : simulator.param == SimulatorKind::device ? "device"
-                                                                                         : "hybrid");
-                         });
+                         simulator_name);
 
 BodyDef kinematic(Vec3 half_extents, Vec3 position) {
   BodyDef def;

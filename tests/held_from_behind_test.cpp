@@ -10,31 +10,14 @@
 #include "dynamics/contact_rows.hpp"
 #include "dynamics/free_way.hpp"
 #include "dynamics/overload.hpp"
-#include "world_fixture.hpp"
+#include "simulator_fixture.hpp"
 
 namespace fathom::test::held_from_behind_test {
 namespace {
 
-class HeldFromBehind : public testing::TestWithParam<SimulatorKind> {
- protected:
-  static WorldDef world_def() {
-    WorldDef def = sleepy_world();
-    def.simulator = GetParam();
-    def.device = test_device();
-    return def;
-  }
-};
+class HeldFromBehind : public OnSimulator {};
 INSTANTIATE_TEST_SUITE_P(Simulators, HeldFromBehind, testing::Values(SimulatorKind::native, SimulatorKind::device),
-                         [](const auto& simulator) {
-                           return std::string(simulator.param == SimulatorKind::native ? "native" : "device");
-                         });
-
-BodyDef fixed_body(const Shape& shape, Vec3 position, float friction = 0.5f) {
-  BodyDef def;
-  def.motion = MotionType::fixed, def.shape = shape, def.pose.position = position;
-  def.material.friction = friction;
-  return def;
-}
+                         simulator_name);
 
 /// A fixed body that touches nothing, to hang joints on.
 BodyId add_anchor(World& world) {
@@ -148,9 +131,7 @@ TEST_P(HeldFromBehind, WheelsRollOnSlowly) {
 
 class Jammed : public HeldFromBehind {};
 INSTANTIATE_TEST_SUITE_P(Simulators, Jammed, testing::Values(SimulatorKind::native, SimulatorKind::device),
-                         [](const auto& simulator) {
-                           return std::string(simulator.param == SimulatorKind::native ? "native" : "device");
-                         });
+                         simulator_name);
 
 // It stood still, and its velocity grew.
 TEST_P(Jammed, SlidesBetweenPlatesWithoutFriction) {

@@ -8,31 +8,14 @@
 
 #include "collision/round_shapes.hpp"
 #include "dynamics/support.hpp"
-#include "world_fixture.hpp"
+#include "simulator_fixture.hpp"
 
 namespace fathom::test::standing_test {
 namespace {
 
-class Standing : public testing::TestWithParam<SimulatorKind> {
- protected:
-  static WorldDef world_def() {
-    WorldDef def = sleepy_world();
-    def.simulator = GetParam();
-    def.device = test_device();
-    return def;
-  }
-};
+class Standing : public OnSimulator {};
 INSTANTIATE_TEST_SUITE_P(Simulators, Standing, testing::Values(SimulatorKind::native, SimulatorKind::device),
-                         [](const auto& simulator) {
-                           return std::string(simulator.param == SimulatorKind::native ? "native" : "device");
-                         });
-
-BodyDef fixed_body(const Shape& shape, Vec3 position, float friction = 0.5f) {
-  BodyDef def;
-  def.motion = MotionType::fixed, def.shape = shape, def.pose.position = position;
-  def.material.friction = friction;
-  return def;
-}
+                         simulator_name);
 
 // Of the many corners of two round faces four carry the column. Chosen for the place where the load happened to be,
 // they gave way on another side, and such columns fell over within seconds.

@@ -45,8 +45,7 @@ FATHOM_HD float area(const FacePoint& a, const FacePoint& b, const FacePoint& c)
 /// Chooses the points to keep for a patch with this load: the two corners between which the load would leave the patch,
 /// moving from the centre (the body then tips over the patch's own edge), and the two that add the largest area, one
 /// after the other. The lowest point replaces the last one if it lies clearly below the edge. False: the load is
-/// central
-/// (`central_share`).
+/// central (`central_share`).
 FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count, float level,
                               int chosen[max_manifold_points]) {
   float middle_x = 0, middle_y = 0;

@@ -119,6 +119,8 @@ struct PrepareConstraints {
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(made.count) | bits, extras};
   }
 
+  /// `inertia_extra` and `jointed_bits`. Bodies with joints keep the whole push-out velocity: torn joints press them
+  /// into others (dynamics/torn_joint.hpp).
   template <class Inertia>
   FATHOM_HD std::uint32_t hold_extras(PairRecord pair, const Contact& contact, const ContactManifold& m,
                                       const ContactBodies<Inertia>& both) const {

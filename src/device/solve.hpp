@@ -429,6 +429,7 @@ struct SolveConstraints {
       fathom::sweep_contact<ContactPass::iterate, true>(contact, axes, both, step, carried);
   }
 
+  /// `push_out_share`.
   template <class Inertia>
   FATHOM_HD float push_share(const ConstraintHead& head, const ContactBodies<Inertia>& both) const {
     if (!head.has(inertia_extra)) return 1;

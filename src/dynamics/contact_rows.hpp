@@ -190,7 +190,8 @@ struct ContactHold {
 
 /// To what part (0 to 1) a contact with jointed bodies counts as one that moves more than it knows: by its load, as the
 /// change of velocity (m/s) that its `impulse` (N·s) of the last step would give to its own bodies over what a `fall`
-/// gains in a step (m/s). In steps of a `jointed_steps`th, which is how the device stores it.
+/// gains in a step (m/s). In steps of a `jointed_steps`th, which is how the device stores it. 0 without gravity: then a
+/// load has no measure.
 inline constexpr int jointed_steps = 3;
 FATHOM_HD float jointed_part(float impulse, float inverse_mass_sum, float fall) {
   if (!(fall > 0)) return 0;

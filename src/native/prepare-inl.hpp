@@ -49,6 +49,7 @@ struct LaneContacts {
   }
 };
 
+/// Bodies with joints keep the whole push-out velocity: torn joints press them into others (dynamics/torn_joint.hpp).
 inline HWY_NOINLINE ContactHold hold_of(const Contact& c, const ContactManifold& m, const BodiesView& view) {
   ContactHold hold;
   hold.pushes_fixed = c.fixed_a;
@@ -97,7 +98,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
   h.fixed_a = h.still_a = h.isotropic = true;
   std::size_t points_of_block = 0;
   bool any_round = false;
-  const bool may_differ = view.held || view.overloads || view.swings;
+  const bool may_differ = view.may_differ();
   for (std::size_t i = 0; i < Block<D>::width; ++i) {
     const std::uint32_t index = contact_indices[i];
     if (index == none) {

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "check/check.hpp"
 #include "dynamics/lift.hpp"
 #include "dynamics/overlap.hpp"
 #include "dynamics/softness.hpp"
@@ -400,7 +401,9 @@ BodiesView ContactSolver::view() {
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
-  return wide_.prepare(wide_blocks_, begin, end, layout_.lanes(), constrained(), view());
+  const BodiesView bodies = view();
+  FATHOM_ASSERT(!bodies.may_differ() || wide_blocks_.stride >= wide_.own_block_bytes);
+  return wide_.prepare(wide_blocks_, begin, end, layout_.lanes(), constrained(), bodies);
 }
 
 void ContactSolver::load_body(std::uint32_t slot) {
@@ -474,7 +477,8 @@ std::size_t ContactSolver::block_bytes(const SolverKernels& kernels) const {
   if (graph_.any_generic_joints()) return kernels.joint_block_bytes;
   if (graph_.may_roll() || graph_.any_moving_surface() || graph_.any_by_direction()) return kernels.surface_block_bytes;
   if (bodies_.any_anisotropic()) return kernels.block_bytes;
-  const bool may_differ = supports_.held() || supports_.overloads().any_scaled() || graph_.joint_slots() > 0;
+  // As `BodiesView::may_differ`.
+  const bool may_differ = supports_.held() || supports_.overloads().any_scaled() || swings();
   return may_differ ? kernels.own_block_bytes : kernels.isotropic_block_bytes;
 }
 

@@ -38,13 +38,16 @@ struct BodiesView {
   const std::uint16_t* levels = nullptr;  ///< of held bodies
   const Overloads* overloads = nullptr;   ///< null if none has added inertia
   const std::uint8_t* flags = nullptr;    ///< see BodyState
-  const WorldDef* def = nullptr;
-  const std::uint8_t* swings = nullptr;  ///< see BodyState; null without joints
-  const std::uint8_t* direct = nullptr;  ///< by joint, 1: its mechanism is solved directly; null if none is
-  bool any_fast = true;                  ///< some body may approach another faster than the hit threshold
-  float half_step = 0;                   ///< s, half a step
-  float substeps = 1;                    ///< in a step
-  float min_deep = 1e30f;                ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
+  const WorldDef* def = nullptr;          ///< read where contacts may differ
+  const std::uint8_t* swings = nullptr;   ///< see BodyState; null without joints
+  const std::uint8_t* direct = nullptr;   ///< by joint, 1: its mechanism is solved directly; null if none is
+  bool any_fast = true;                   ///< some body may approach another faster than the hit threshold
+  float half_step = 0;                    ///< s, half a step
+  float substeps = 1;                     ///< in a step
+  float min_deep = 1e30f;                 ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
+
+  /// Whether some contact may have its own softness (`ContactHold`).
+  bool may_differ() const { return held || overloads || swings; }
 };
 
 /// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
