@@ -313,7 +313,7 @@ float fastest_of_heap(const WorldDef& def, const Shape& ground, float height, st
   return fastest;
 }
 
-// Of 1,200 such heaps one in seven has a body that still moves (docs/log/2026-12-01-arms-midway.md).
+// One in five has a body that still moves (docs/log/2026-12-01-held-from-behind.md).
 TEST_P(RoundedWorld, HeapsAreNotLostAndMostlyAtRest) {
   int at_rest = 0;
   for (std::uint32_t seed = 1; seed <= 10; ++seed) {

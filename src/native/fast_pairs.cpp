@@ -32,20 +32,27 @@ Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& f
 
 namespace {
 
-/// Calls act(children) for pieces of both bodies that overlap the box, in world axes.
+/// How far (m) a body that moves with `v` for `dt` (s) from this pose takes its points to or from the box, in world
+/// axes.
+float reach_to(const Aabb& box, const Pose& pose, const Velocity& v, float dt) {
+  const Vec3 farthest = max(abs(box.lower - pose.position), abs(box.upper - pose.position));
+  return dt * (length(v.linear) + length(v.angular) * length(farthest));
+}
+
+/// Calls act(children) for pieces of both bodies that overlap the box, in world axes; A's within `reach_a` (m) of it.
 template <class Act>
-void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& b, const Pose& pose_b, const Aabb& box,
-                         const Act& act) {
-  const auto list = [&](const BodyInfo& info, const Pose& pose) {
+void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, float reach_a, const BodyInfo& b, const Pose& pose_b,
+                         const Aabb& box, const Act& act) {
+  const auto list = [&](const BodyInfo& info, const Pose& pose, float reach) {
     std::vector<std::uint32_t> children;
     if (info.geometry.is_compound())
-      find_children(info.geometry.compound(), bounds(box, relative(pose, {})), children);
+      find_children(info.geometry.compound(), bounds(grown(box, reach), relative(pose, {})), children);
     else
       children.push_back(0);
     std::ranges::sort(children);
     return children;
   };
-  const std::vector<std::uint32_t> of_a = list(a, pose_a), of_b = list(b, pose_b);
+  const std::vector<std::uint32_t> of_a = list(a, pose_a, reach_a), of_b = list(b, pose_b, 0);
   for (const std::uint32_t child_b : of_b)
     for (const std::uint32_t child_a : of_a) act({child_a, child_b});
 }
@@ -233,14 +240,19 @@ bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstac
   const Vec3 reach{info.radius, info.radius, info.radius}, to = state_.poses[stray.slot].position;
   const Aabb box{min(stray.begin.position, to) - reach, max(stray.begin.position, to) + reach};
   bool is_held = false;
-  for_each_near_piece(other, pose, info, stray.begin, box, [&](Children children) {
+  const float reach_a = other.motion == MotionType::fixed ? 0 : reach_to(box, pose, v, def.dt);
+  for_each_near_piece(other, pose, reach_a, info, stray.begin, box, [&](Children children) {
     const Piece a = piece_of(other, children.a), b = piece_of(info, children.b);
     if (!may_collide(a.filter, b.filter)) return;
     Apart first{};
     if (!other.geometry.is_surface()) {
       const Mover on_a = mover_of(a, pose, v, def.dt), on_b = mover_of(b, stray.begin, way, def.dt);
       const float skin = skin_of(on_a, on_b, min(a.half, b.half));
-      first = apart_at_first(on_a, on_b, near_cores(on_a, on_b, def.dt, skin), {}, skin);
+      // Where they overlap, only the manifold tells by how much and on which side.
+      const float margin = speculative_margin(on_a.radius, on_b.radius, on_a.velocity, on_b.velocity, def.dt);
+      AxisCache axis;
+      const Manifold seen = collide_shapes(on_a.geometry, on_b.geometry, relative(on_a.pose, on_b.pose), margin, axis);
+      first = apart_at_first(on_a, on_b, near_cores(on_a, on_b, def.dt, skin), seen, skin);
     }
     is_held |= hold_back({none, obstacle, stray.slot, pose, stray.begin, first, children}, how);
   });
