@@ -407,8 +407,8 @@ struct HoldBackFast {
     Pose begin, end;
   };
   /// Never lets the centre of a body's piece get behind a triangle, which would push it out on the other side. From
-  /// half the piece's thickness in front, or from its initial distance, the centre slides along the triangle and loses
-  /// its approach velocity.
+  /// half the piece's thickness in front, or from its initial distance, the centre slides along the triangle
+  /// (`slowed_by_triangles` gives its velocity).
   FATHOM_HD bool is_held_by_surface(const Moved& a, const Moved& b, std::uint32_t i, Pose& end, Velocity& then) const {
     const auto& bodies = move.bodies;
     const float half = half_thickness(bodies.constants[b.piece]);

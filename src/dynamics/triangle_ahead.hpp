@@ -82,6 +82,7 @@ struct CentreWay {
   static constexpr int max_stops = 4;
   int stops = 0;
   Vec3 normals[max_stops];  ///< of the triangles that stopped it, world axes
+  bool slows[max_stops];    ///< it was `depth` from the triangle, or nearly, as the step began
   Vec3 end;                 ///< m, world; unset if nothing stopped it
 };
 
@@ -90,19 +91,22 @@ struct CentreWay {
 inline constexpr float surface_creep = 1.0f / 32, already_there = 1e-3f;
 
 /// Linear velocity (m/s) of a body with the velocity `v`, held back to `end` (m, its centre) on the way of one of its
-/// pieces: it loses its approach to the triangles of a surface with the velocity `of_a` and its centre at `a` (m).
+/// pieces: it loses its approach to those triangles of a surface at which it began the step. Any other impact becomes a
+/// contact of the next step, which needs the velocity to rebound. `of_a`, `a`: the surface's velocity and centre (m).
 FATHOM_HD Vec3 slowed_by_triangles(const CentreWay& way, Vec3 end, const Velocity& of_a, Vec3 a, const Velocity& v) {
   const Vec3 of_point = of_a.linear + cross(of_a.angular, way.end - a);
   const Vec3 of_piece = cross(v.angular, way.end - end);
   Vec3 linear = v.linear;
   for (int i = 0; i < way.stops; ++i)
-    linear = mul_add(linear, max(dot(way.normals[i], of_point - of_piece - linear), 0.0f), way.normals[i]);
+    if (way.slows[i])
+      linear = mul_add(linear, max(dot(way.normals[i], of_point - of_piece - linear), 0.0f), way.normals[i]);
   return linear;
 }
 
 /// Where a point would get too near to the back of a triangle, and the triangle's normal, in the surface's frame.
 struct CentreStop {
-  float part = 1;  ///< of the way
+  float part = 1;      ///< of the way
+  float distance = 0;  ///< m, of the way's first point
   Vec3 normal;
 };
 
@@ -122,7 +126,7 @@ FATHOM_HD CentreStop first_stop(const auto& for_each_in, Vec3 from, Vec3 way, fl
       is_over &= dot(cross(t.normal, edge), through - t.corners[k]) >= -1e-5f * length_squared(edge);
     }
     const float part = (begin - least) / descent;
-    if (is_over && part < first.part) first = {part, t.normal};
+    if (is_over && part < first.part) first = {part, begin, t.normal};
   });
   return first;
 }
@@ -131,10 +135,13 @@ FATHOM_HD CentreStop first_stop(const auto& for_each_in, Vec3 from, Vec3 way, fl
 FATHOM_HD CentreWay centre_way(const auto& for_each_in, const Pose& begin_a, const Pose& end_a, Vec3 begin_b,
                                Vec3 end_b, float depth) {
   CentreWay result;
-  Vec3 from = inverse_transform(begin_a, begin_b), way = inverse_transform(end_a, end_b) - from;
+  const Vec3 start = inverse_transform(begin_a, begin_b);
+  const float near = depth + skin_of(depth, depth);
+  Vec3 from = start, way = inverse_transform(end_a, end_b) - from;
   while (result.stops < CentreWay::max_stops) {
     const CentreStop stop = first_stop(for_each_in, from, way, depth);
     if (stop.part >= 1) break;
+    result.slows[result.stops] = stop.distance + dot(stop.normal, start - from) <= near;
     from = mul_add(from, stop.part, way);
     way = (1 - stop.part) * way;
     way -= dot(stop.normal, way) * stop.normal;

@@ -392,8 +392,8 @@ Change update_parts(std::uint32_t index, const NarrowPhase& narrow_phase) {
 }
 
 /// Never lets a piece's centre get behind a triangle, which would push it out on the other side. From half the piece's
-/// thickness in front, or from its initial distance, the centre slides along the triangle and loses its approach
-/// velocity.
+/// thickness in front, or from its initial distance, the centre slides along the triangle
+/// (`slowed_by_triangles` gives its velocity).
 bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   thread_local SurfaceScratch scratch;
   const BodyInfo& a = bodies[pair.a];
