@@ -423,9 +423,9 @@ struct LayOutConstraints {
 
 /// Loads bodies in contact for the solver.
 struct LoadBodies {
-  Bodies<body_colours, body_solver> bodies;
+  Bodies<body_colours, body_solver, body_supports> bodies;
   Counters* counters;
-  float h;  ///< s, a substep
+  float h, dt;  ///< s, a substep and a step
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     bodies.best[i] = 0;
@@ -449,6 +449,7 @@ struct LoadBodies {
     const Velocity v = bodies.velocities[i];
     body.linear = v.linear;
     body.angular = v.angular;
+    if (c.is_dynamic() && exec::atomic_load(counters->loaded_step) >= counters->step) give_back(i, body);
     const float inverse_scale = 1.0f / inertia_scale(bodies, *counters, i);
     body.inverse_mass = inverse_scale * c.inverse_mass;
     body.inverse_inertia = inverse_scale * c.inverse_inertia;
@@ -470,6 +471,16 @@ struct LoadBodies {
       }
     }
     bodies.motion[i] = motion;
+  }
+
+ private:
+  /// Momentum that the body's added inertia has taken up.
+  FATHOM_HD void give_back(std::uint32_t i, SolverBody& body) const {
+    OwedMomentum& owed = bodies.support[i].owed;
+    if (!owed.any()) return;
+    const float scale = inertia_scale(bodies, *counters, i), fall = length(counters->gravity) * dt;
+    const Velocity given = owed.give(scale, bodies.constants[i].radius, fall);
+    body.linear += given.linear, body.angular += given.angular;
   }
 };
 

@@ -104,14 +104,22 @@ struct MoveBodies {
     if (p.sleeping) account_for_sleep(i, c, v, moved_by_contacts);
   }
 
-  /// Sets the body's inertia for the next step.
+  /// Sets the body's inertia for the next step, and what it owes the body.
   FATHOM_HD void follow_load(std::uint32_t i) const {
     BodyLoad& load = bodies.support[i].load;
+    OwedMomentum& owed = bodies.support[i].owed;
+    const bool is_jointed = p.jointed && bodies.joint_colours[i] != 0;
+    if (bodies.touching[i] > 0 && load.inertia_scale > 1 && !is_jointed) {
+      const Vec3 up = -normalize(counters->gravity);
+      const SolverBody after = bodies.solver[i].body();
+      const Velocity& before = bodies.velocities[i];
+      owed.take(load.inertia_scale, after.linear - before.linear, after.angular - before.angular, up);
+    }
     const float now = __builtin_bit_cast(float, load.now);
     const bool settled = is_settled(bodies.velocities[i].linear) ||
                          (counters->joined_step == counters->step && bodies.nodes[i].is_settled);
     load = {0, now, next_inertia_scale(load.inertia_scale, min(now, load.before), settled)};
-    if (now > 0 || load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
+    if (now > 0 || load.inertia_scale > 1 || owed.any()) exec::atomic_store(counters->loaded_step, counters->step + 1);
   }
 
   FATHOM_HD void put_fat_box(std::uint32_t i, const Aabb& box, std::uint32_t changes) const {

@@ -198,7 +198,7 @@ class Step {
       device_.parallel_groups(joint_groups(), LayOutConstraints<JointsToLayOut>{joints, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
     if (has_mechanisms()) device_.parallel_for(links(), CheckLinks{bodies_, joints_, mechanisms_, counters_});
-    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
+    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h, settings_.dt});
     if (has_mechanisms()) device_.parallel_for(links(), PrepareMechanisms{bodies_, joints_, mechanisms_, counters_});
     device_.parallel_groups(
         {&counters_->constraint_groups, (constraints_.capacity + constraint_group_size - 1) / constraint_group_size},

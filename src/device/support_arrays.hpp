@@ -32,6 +32,7 @@ struct alignas(16) BodySupport {
   float held = 0;               ///< fraction of the last direct solution, 0 without one
   float heaviest = 0;           ///< kg, of the structure's bodies when structures were last determined
   BaseMotion base;              ///< of what its structure stands on; noted while the body has added inertia
+  OwedMomentum owed;
 };
 
 /// A body's node in the graph of supports, within a step.

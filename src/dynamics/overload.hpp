@@ -67,13 +67,15 @@ FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_su
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
 
+/// The vector, or one in its direction that is no longer than `most`.
+FATHOM_HD Vec3 shortened(Vec3 v, float most) { return min(1.0f, most / max(length(v), 1e-20f)) * v; }
+
 /// What a body with added inertia gains (m/s) as the velocity of what it stands on changes by `change` (m/s) between
 /// two steps. The added part is carried along, or the body would resist the acceleration with more inertia than its
 /// friction, which follows the true weight, can overcome: loads would slide off a truck that pulls away. `fall` (m/s):
 /// what a fall gains in a step. Friction changes no velocity by much more than that, so neither does this.
 FATHOM_HD Vec3 carried_along(Vec3 change, float inertia_scale, float fall) {
-  const float size = length(change);
-  return (1 - 1 / inertia_scale) * min(1.0f, fall / max(size, 1e-20f)) * change;
+  return (1 - 1 / inertia_scale) * shortened(change, fall);
 }
 
 /// How what a body stands on moves, from step to step.
@@ -88,6 +90,32 @@ struct BaseMotion {
     const Vec3 change = is_known ? now - velocity : may_start ? now : Vec3{};
     velocity = now, step = this_step;
     return change;
+  }
+};
+
+/// Momentum that a body's added inertia has taken up across and around the direction of weight, where there is no load
+/// to carry. It is given back over `owed_steps`, or small towers would swallow what hits, drags or turns them. Bodies
+/// with joints owe none: their joints move the added part as a mechanism.
+struct OwedMomentum {
+  Vec3 linear, angular;  ///< m/s and rad/s: over the body's own mass and inertia
+
+  FATHOM_HD bool any() const { return !(linear == Vec3{} && angular == Vec3{}); }
+  /// What a body of this radius (m) with `scale` times its inertia gets back (m/s, rad/s) as a step begins; all if it
+  /// has only its own. No part of it moves faster by more than a `fall` (m/s) through a step would move it: what heavy
+  /// bodies squeeze between them owes them far more than itself could carry away.
+  FATHOM_HD Velocity give(float scale, float radius, float fall) {
+    const float part = scale > 1 ? 1.0f / owed_steps : 1.0f;
+    Velocity v;
+    v.linear = shortened((part / scale) * linear, fall), v.angular = shortened((part / scale) * angular, fall / radius);
+    linear = (1 - part) * linear, angular = (1 - part) * angular;
+    return v;
+  }
+  /// The body has changed its velocity by this much (m/s, rad/s) in a step, what it was given back included. `up`: the
+  /// direction against gravity.
+  FATHOM_HD void take(float scale, Vec3 linear_change, Vec3 angular_change, Vec3 up) {
+    linear = mul_add(linear, scale - 1, linear_change - dot(linear_change, up) * up);
+    angular = mul_add(angular, (scale - 1) * dot(angular_change, up), up);
+    if (!is_finite(linear) || !is_finite(angular)) *this = {};
   }
 };
 

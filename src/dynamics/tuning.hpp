@@ -138,6 +138,8 @@ inline constexpr float max_inertia = 16;
 /// docs/log/2026-11-30-plates-at-rest.md).
 inline constexpr float inertia_growth = 1.15f, inertia_decay = 0.98f;
 inline constexpr float unloaded_decay = 0.65f, moving_decay = 0.5f, settled_speed = 0.1f;
+/// Steps over which added inertia gives back momentum (`OwedMomentum`).
+inline constexpr float owed_steps = 10;
 /// m/s at which contacts push bodies with much added inertia out (`push_out_share`,
 /// docs/log/2026-12-01-held-from-behind.md).
 inline constexpr float loaded_push_out = 0.2f;

@@ -11,6 +11,7 @@
 
 #include "dynamics/overload.hpp"
 #include "world/archive.hpp"
+#include "world/body_table.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -31,6 +32,7 @@ class Overloads {
   void forget(std::uint32_t slot) {
     if (slot < loads_.size()) loads_[slot] = {};
     if (slot < bases_.size()) bases_[slot] = {};
+    if (slot < owed_.size()) owed_[slot] = {};
   }
   /// An overloaded contact of the body wants at least this inertia (`wanted_inertia`).
   void note(std::uint32_t slot, float wanted) {
@@ -81,6 +83,7 @@ class Overloads {
       Load& load = loads_[slot];
       if (!is_awake(slot)) {
         any_asleep_ = any_asleep_ || load.inertia_scale > 1;
+        if (slot < owed_.size()) owed_[slot] = {};
       } else {
         const bool settled = load.is_settled || fathom::is_settled(velocities[slot].linear);
         load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting(), settled);
@@ -89,22 +92,45 @@ class Overloads {
         any_scaled_ = any_scaled_ || load.inertia_scale > 1;
       }
       load.is_settled = 0;
-      is_listed_[slot] = load.is_any();
-      if (load.is_any()) listed_[count_++] = slot;
+      is_listed_[slot] = load.is_any() || owes(slot);
+      if (is_listed_[slot]) listed_[count_++] = slot;
     }
+  }
+  /// Some body may be owed momentum.
+  bool may_owe() const { return any_scaled_ || owed_.size() > 0; }
+  /// Gives bodies back what their added inertia has taken up, if it may. Call when all inertia of the step is known.
+  template <class IsAwake>
+  void give_back(const IsAwake& is_awake, const BodyTable& bodies, std::span<Velocity> velocities, float fall) {
+    for_each_listed(is_awake, [&](std::uint32_t slot) {
+      Velocity& v = velocities[slot];
+      owed_[slot].before = v;
+      const Velocity given = owed_[slot].momentum.give(loads_[slot].inertia_scale, bodies[slot].radius, fall);
+      v.linear += given.linear, v.angular += given.angular;
+    });
+  }
+  /// Ends the step, if some body has more than its own inertia in it: bodies now have these velocities. `up`: see
+  /// `OwedMomentum`.
+  template <class IsAwake>
+  void take_up(const IsAwake& is_awake, std::span<const Velocity> velocities, Vec3 up) {
+    for_each_listed(is_awake, [&](std::uint32_t slot) {
+      Owed& owed = owed_[slot];
+      const Velocity& now = velocities[slot];
+      owed.momentum.take(loads_[slot].inertia_scale, now.linear - owed.before.linear, now.angular - owed.before.angular,
+                         up);
+    });
   }
   std::size_t memory_bytes() const {
     return loads_.capacity() * sizeof(Load) + is_listed_.capacity() + listed_.capacity() * sizeof(std::uint32_t) +
-           bases_.capacity() * sizeof(BaseMotion);
+           bases_.capacity() * sizeof(BaseMotion) + owed_.capacity() * sizeof(Owed);
   }
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.loads_, s.bases_, s.any_, s.had_any_, s.any_scaled_, s.any_asleep_);
+    a(s.loads_, s.bases_, s.owed_, s.any_, s.had_any_, s.any_scaled_, s.any_asleep_);
   }
   /// Rebuilds the list from the loads that were read.
   void restored(ByteReader& in, std::size_t slots) {
-    in.require(loads_.size() <= slots && bases_.size() <= loads_.size());
+    in.require(loads_.size() <= slots && bases_.size() <= loads_.size() && owed_.size() <= loads_.size());
     is_listed_.clear(), listed_.clear();
     grow_to(is_listed_, loads_.size()), grow_to(listed_, loads_.size());
     count_ = 0;
@@ -125,6 +151,21 @@ class Overloads {
     float lasting() const { return std::min(now, before); }
     bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }
   };
+  struct Owed {
+    OwedMomentum momentum;
+    Velocity before;  ///< as the step began, before it was given anything
+  };
+  bool owes(std::uint32_t slot) const { return slot < owed_.size() && owed_[slot].momentum.any(); }
+  template <class IsAwake, class Act>
+  void for_each_listed(const IsAwake& is_awake, const Act& act) {
+    const std::size_t before = owed_.size();
+    if (before < loads_.size()) {
+      grow_to(owed_, loads_.size());
+      std::fill(owed_.begin() + before, owed_.end(), Owed{});
+    }
+    for (std::uint32_t i = 0; i < count_; ++i)
+      if (is_awake(listed_[i]) && (loads_[listed_[i]].inertia_scale > 1 || owes(listed_[i]))) act(listed_[i]);
+  }
   /// The order depends on threads; nothing depends on the order.
   void list(std::uint32_t slot) {
     std::atomic_ref<bool> is_listed(is_listed_[slot]);
@@ -134,6 +175,7 @@ class Overloads {
 
   LargeArray<Load> loads_;
   LargeArray<BaseMotion> bases_;      // by slot; empty until the first body is carried along
+  LargeArray<Owed> owed_;             // by slot; empty until the first body has added inertia
   LargeArray<bool> is_listed_;        // by slot
   LargeArray<std::uint32_t> listed_;  // slots whose loads differ from a new body's, in any order
   std::uint32_t count_ = 0;           // of these

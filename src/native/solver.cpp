@@ -35,7 +35,7 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, const
       single_(single_kernels()),
       layout_(state, graph, pool, static_cast<std::size_t>(wide_.width)),
       stand_ins_(state),
-      supports_(def, bodies, state, graph),
+      supports_(def, bodies, state, graph, pool),
       mechanisms_(def, bodies, state, graph) {}
 
 // --- what a solver iterates over -----------------------------------------------------------------------------
@@ -273,6 +273,7 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
     for_each_number(mechanisms_.all(), [this](std::uint32_t mechanism) { mechanisms_.note_torn(mechanism); });
     mechanisms_.for_each_inertia(
         [this](std::uint32_t slot, float inertia) { supports_.overloads().require(slot, inertia); });
+    supports_.give_back_momentum();
     note_swings();
   }
   const bool bounces = wide_blocks_.bounces != nullptr;

@@ -75,7 +75,7 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
   // Without levels there is nothing to build, whether or not that was found since the last snapshot.
   if (!is_stale && (is_built_ || levels_.empty())) return false;
   number(in_contact);
-  list_contacts();
+  list_contacts(is_stale);
   if (is_stale) {
     levelled_at_ = graph_.colouring();
     list_links();
@@ -99,7 +99,8 @@ void SupportGraph::give_back_search() {
   std::vector<Node>().swap(nodes_);
   std::vector<Coloured>().swap(contacts_);
   std::vector<Support>().swap(found_supports_);
-  for (std::vector<std::uint32_t>* list : {&links_of_, &queue_}) std::vector<std::uint32_t>().swap(*list);
+  std::vector<Member>().swap(unsorted_);
+  for (std::vector<std::uint32_t>* list : {&links_of_, &queue_, &places_}) std::vector<std::uint32_t>().swap(*list);
 }
 
 // A dynamic body with a coloured contact is in contact, so no arbitrary number is read. Bodies without contacts cost
@@ -107,27 +108,51 @@ void SupportGraph::give_back_search() {
 void SupportGraph::number(std::span<const std::uint32_t> in_contact) {
   grow_to(numbers_, state_.size());
   grow_to(nodes_, in_contact.size());
-  for (std::uint32_t i = 0; i < in_contact.size(); ++i) {
-    if (i + ahead < in_contact.size()) prefetch_to_read(&bodies_[in_contact[i + ahead]].mass);
-    const BodyInfo& body = bodies_[in_contact[i]];
-    numbers_[in_contact[i]] = i;
-    Node& node = nodes_[i] = {};
-    node.slot = in_contact[i];
-    node.parent = i;
-    node.mass = body.mass, node.inverse_mass = body.inverse_mass;
-    node.half_thickness = half_thickness(body);
-  }
+  pool_.for_each_part(in_contact.size(), bodies_a_thread, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + ahead < in_contact.size()) prefetch_to_read(&bodies_[in_contact[i + ahead]].mass);
+      const BodyInfo& body = bodies_[in_contact[i]];
+      const auto number = static_cast<std::uint32_t>(i);
+      numbers_[in_contact[i]] = number;
+      Node& node = nodes_[i] = {};
+      node.slot = in_contact[i];
+      node.parent = number;
+      node.mass = body.mass, node.inverse_mass = body.inverse_mass;
+      node.half_thickness = half_thickness(body);
+    }
+  });
 }
 
-void SupportGraph::list_contacts() {
+void SupportGraph::list_contacts(bool for_links) {
   contacts_.clear();
   for (int colour = 0; colour < colour_count; ++colour)
-    graph_.for_each_of_colour(colour, [&](std::uint32_t index) { contacts_.push_back({index, 0, 0, 0}); });
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (i + ahead < contacts_.size()) prefetch_to_read(&graph_[contacts_[i + ahead].contact]);
-    const Contact& c = graph_[contacts_[i].contact];
-    contacts_[i].a = c.a, contacts_[i].b = c.b, contacts_[i].manifold = c.manifold;
-  }
+    graph_.for_each_of_colour(colour, [&](std::uint32_t index) { contacts_.push_back({index, 0, 0, 0, false}); });
+  const auto fetch = [&](const Coloured& c) {
+    const auto* const manifold = reinterpret_cast<const std::byte*>(&graph_.manifold_at(c.manifold));
+    prefetch_to_read(manifold), prefetch_to_read(manifold + 64);  // as far as the second point
+    for (const std::uint32_t slot : {c.a, c.b})
+      prefetch_to_read(&state_.poses[slot]), prefetch_to_read(&state_.velocities[slot]);
+  };
+  pool_.for_each_part(contacts_.size(), bodies_a_thread, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + ahead < contacts_.size()) prefetch_to_read(&graph_[contacts_[i + ahead].contact]);
+      const Contact& c = graph_[contacts_[i].contact];
+      contacts_[i].a = c.a, contacts_[i].b = c.b, contacts_[i].manifold = c.manifold;
+    }
+    for (std::size_t i = begin; for_links && i < end; ++i) {
+      if (i + ahead < end) fetch(contacts_[i + ahead]);
+      contacts_[i].presses = presses(contacts_[i]);
+    }
+  });
+}
+
+/// Whether the contact may carry something: it touches and is not a hit.
+bool SupportGraph::presses(const Coloured& c) const {
+  if (is_base(c.a) && is_base(c.b)) return false;
+  Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
+  if (graph_.any_moving_surface() && graph_[c.contact].on_moving_surface) speed += graph_.surface_slide(c.contact);
+  if (length_squared(speed) > loaded_speed * loaded_speed) return false;
+  return touches(graph_.manifold_at(c.manifold), state_.poses[c.a], state_.poses[c.b]);
 }
 
 std::uint32_t SupportGraph::node_of(std::uint32_t slot) const {
@@ -145,27 +170,12 @@ void SupportGraph::join(std::uint32_t a, std::uint32_t b) {
   nodes_[std::max(a, b)].parent = std::min(a, b);
 }
 
-// Lists contacts that touch and are not hits, and for each body its contacts with dynamic ones.
+// Lists contacts that press, and for each body its contacts with dynamic ones.
 void SupportGraph::list_links() {
-  const bool any_moving_surface = graph_.any_moving_surface();
-  const auto is_hit = [&](const Coloured& c) {
-    Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
-    if (any_moving_surface && graph_[c.contact].on_moving_surface) speed += graph_.surface_slide(c.contact);
-    return length_squared(speed) > loaded_speed * loaded_speed;
-  };
-  const auto fetch = [&](const Coloured& c) {
-    const auto* const manifold = reinterpret_cast<const std::byte*>(&graph_.manifold_at(c.manifold));
-    prefetch_to_read(manifold), prefetch_to_read(manifold + 64);  // as far as the second point
-    for (const std::uint32_t slot : {c.a, c.b})
-      prefetch_to_read(&state_.poses[slot]), prefetch_to_read(&state_.velocities[slot]);
-  };
   links_.clear();
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (i + ahead < contacts_.size()) fetch(contacts_[i + ahead]);
-    const Coloured& c = contacts_[i];
+  for (const Coloured& c : contacts_) {
+    if (!c.presses) continue;
     const bool base_a = is_base(c.a), base_b = is_base(c.b);
-    if ((base_a && base_b) || is_hit(c)) continue;
-    if (!touches(graph_.manifold_at(c.manifold), state_.poses[c.a], state_.poses[c.b])) continue;
     if (base_a || base_b) {
       const std::uint32_t node = node_of(base_a ? c.b : c.a);
       links_.push_back({none, node});
@@ -219,10 +229,18 @@ void SupportGraph::find_levels() {
 // if any of its contacts is.
 void SupportGraph::add_up_loads(float stiffness) {
   for (const std::uint32_t node : queue_) nodes_[node].load = nodes_[node].mass;
+  // The cube root is for contacts that may be overloaded, and for the first of many like bodies.
+  struct {
+    float half_thickness = -1, load = 0;
+  } last_of[2];
   const auto is_too_much = [&](float load, const Node& upper, const Node* lower) {
     const float inverse_mass = upper.inverse_mass + (lower ? lower->inverse_mass : 0);
     const float thinner = lower ? min(upper.half_thickness, lower->half_thickness) : upper.half_thickness;
-    return load * inverse_mass > sweep_load(thinner, lower ? stiffness : fixed_stiffness_ratio * stiffness);
+    const float weights = load * inverse_mass, rigidity = lower ? stiffness : fixed_stiffness_ratio * stiffness;
+    if (weights <= 12 && thinner * rigidity > 343) return false;  // whose cube root is 7
+    auto& last = last_of[lower != nullptr];
+    if (last.half_thickness != thinner) last = {thinner, sweep_load(thinner, rigidity)};
+    return weights > last.load;
   };
   for (std::size_t i = queue_.size(); i-- > 0;) {
     const Node& upper = nodes_[queue_[i]];
@@ -235,7 +253,9 @@ void SupportGraph::add_up_loads(float stiffness) {
     std::uint32_t supports = upper.base_links;
     for_each_lower([&](Node&) { ++supports; });
     const float share = upper.load / static_cast<float>(std::max(supports, 1u));
-    bool overloaded = upper.base_links > 0 && is_too_much(share, upper, nullptr);
+    // Once is enough for all of a structure.
+    bool overloaded = nodes_[root(queue_[i])].is_overloaded;
+    overloaded = overloaded || (upper.base_links > 0 && is_too_much(share, upper, nullptr));
     for_each_lower([&](Node& lower) {
       lower.load += share;
       overloaded = overloaded || is_too_much(share, upper, &lower);
@@ -292,16 +312,29 @@ void SupportGraph::list_members() {
   }
   for (const Coloured& c : contacts_)
     if (is_member(c.a) && is_member(c.b)) join(node_of(c.a), node_of(c.b));
-  for (Member& m : members_) m.structure = nodes_[root(node_of(m.slot))].slot;
-  std::sort(members_.begin(), members_.end(), [](const Member& x, const Member& y) {
-    if (x.structure != y.structure) return x.structure < y.structure;
-    return x.level != y.level ? x.level < y.level : x.slot < y.slot;
-  });
+  for (Member& m : members_) m.structure = root(node_of(m.slot));
+  sort_members();
   for (std::uint32_t i = 0; i < members_.size(); ++i) {
     nodes_[node_of(members_[i].slot)].member = i;
     if (i == 0 || members_[i].structure != members_[i - 1].structure) structures_.push_back({i, i});
     structures_.back().end = i + 1;
   }
+}
+
+// Members come in the order of their slots. Two stable passes put them in that of structures, levels and slots.
+void SupportGraph::sort_members() {
+  const auto sort = [this](std::size_t keys, const auto& key_of) {
+    places_.assign(keys + 1, 0);
+    for (const Member& m : members_) ++places_[key_of(m) + 1];
+    for (std::size_t k = 0; k < keys; ++k) places_[k + 1] += places_[k];
+    unsorted_.assign(members_.begin(), members_.end());
+    for (const Member& m : unsorted_) members_[places_[key_of(m)]++] = m;
+  };
+  std::uint32_t top = 0;
+  bool several = false;
+  for (const Member& m : members_) top = std::max(top, m.level), several |= m.structure != members_[0].structure;
+  sort(top + 1, [](const Member& m) { return m.level; });
+  if (several) sort(nodes_.size(), [](const Member& m) { return m.structure; });
 }
 
 // By member, each one's by contact.
@@ -362,7 +395,7 @@ void SupportGraph::list_supports() {
 std::size_t SupportGraph::memory_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
   return bytes_of(levels_, heaviest_, levelled_, structures_, members_, supports_, loads_, numbers_, nodes_, contacts_,
-                  links_, links_of_, queue_, found_supports_);
+                  links_, links_of_, queue_, found_supports_, unsorted_, places_);
 }
 
 }  // namespace fathom::native

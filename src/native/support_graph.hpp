@@ -11,6 +11,7 @@
 
 #include "native/contact_graph.hpp"
 #include "native/overloads.hpp"
+#include "threads/thread_pool.hpp"
 #include "world/archive.hpp"
 
 namespace fathom::native {
@@ -38,14 +39,15 @@ class SupportGraph {
     std::uint32_t first, end;  ///< of `members`
   };
 
-  SupportGraph(const BodyTable& bodies, const BodyState& state, const ContactGraph& graph)
-      : bodies_(bodies), state_(state), graph_(graph) {}
+  SupportGraph(const BodyTable& bodies, const BodyState& state, const ContactGraph& graph, ThreadPool& pool)
+      : bodies_(bodies), state_(state), graph_(graph), pool_(pool) {}
 
   /// Finds structures among the bodies in contact; `stiffness` as for `sweep_load`. Returns true if they have changed.
   bool update(std::span<const std::uint32_t> in_contact, const Overloads& overloads, float stiffness,
               std::uint64_t step);
   /// There are no structures; `update` finds them again.
   void clear();
+  bool is_clear() const { return !is_built_ && levels_.empty() && levelled_at_ == 0; }
   /// Levels are found again in the next step.
   void forget_levels() { levelled_at_ = 0; }
   /// Suspends the search for new structures until this step, because all were collapsing.
@@ -71,6 +73,12 @@ class SupportGraph {
   void restored(ByteReader& in, std::size_t slots);
 
  private:
+  /// A coloured contact. Searches go through these again and again, in order, where contacts themselves are scattered.
+  struct Coloured {
+    std::uint32_t contact, a, b, manifold;
+    bool presses;  ///< it touches and is no hit; known while links are listed
+  };
+
   void clear_structures();
   void clear_levels();
   bool is_base(std::uint32_t slot) const { return !(state_.flags[slot] & awake) || (state_.flags[slot] & kinematic); }
@@ -78,7 +86,8 @@ class SupportGraph {
   template <class Act>
   void for_each_neighbour(std::uint32_t node, const Act& act) const;
   void number(std::span<const std::uint32_t> in_contact);
-  void list_contacts();
+  void list_contacts(bool for_links);
+  bool presses(const Coloured& c) const;
   std::uint32_t node_of(std::uint32_t slot) const;
   std::uint32_t root(std::uint32_t node);
   void join(std::uint32_t a, std::uint32_t b);
@@ -89,6 +98,7 @@ class SupportGraph {
   void publish_levels();
   void build();
   void list_members();
+  void sort_members();
   void list_supports();
   void sort_supports();
   void give_back_search();
@@ -96,6 +106,7 @@ class SupportGraph {
   const BodyTable& bodies_;
   const BodyState& state_;
   const ContactGraph& graph_;
+  ThreadPool& pool_;
   // By slot, both empty if no body has a level.
   std::vector<std::uint16_t> levels_;  // 0: no member
   std::vector<float> heaviest_;
@@ -122,10 +133,6 @@ class SupportGraph {
     std::uint16_t level;
     bool is_overloaded;  ///< of a root
   };
-  /// A coloured contact. Searches go through these again and again, in order, where contacts themselves are scattered.
-  struct Coloured {
-    std::uint32_t contact, a, b, manifold;
-  };
   /// A touching contact between nodes; `a` is `none` if it is not dynamic.
   struct Link {
     std::uint32_t a, b;
@@ -137,6 +144,8 @@ class SupportGraph {
   std::vector<std::uint32_t> links_of_;  // of each node
   std::vector<std::uint32_t> queue_;     // nodes by level
   std::vector<Support> found_supports_;  // unsorted
+  std::vector<Member> unsorted_;
+  std::vector<std::uint32_t> places_;  // of members, by level or structure
 };
 
 }  // namespace fathom::native

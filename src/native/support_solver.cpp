@@ -33,7 +33,7 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   stiffness_ = contact_stiffness();
   const bool has_weight = stiffness_ > 0;
   // What was found under gravity is not valid without: bodies and contacts come and go.
-  if (!has_weight) support_graph_.clear();
+  if (!has_weight && !support_graph_.is_clear()) support_graph_.clear();
   const bool is_new = has_weight && support_graph_.update(in_contact, overloads_, stiffness_, step);
   const bool any = !support_graph_.empty();
   if (any) {
@@ -393,7 +393,17 @@ void SupportSolver::finish(std::uint32_t structure) {
     held_[member(i).slot] = body_[i].is_held ? structures_[structure].held : 0;
 }
 
-void SupportSolver::end_step(std::uint64_t step, bool any_isolated) {
+// Out of line: in most scenes no load adds inertia.
+void SupportSolver::give_back() {
+  overloads_.give_back([this](std::uint32_t slot) { return is_free(slot); }, bodies_, state_.velocities,
+                       length(def_.gravity) * def_.dt);
+}
+
+void SupportSolver::take_up() {
+  overloads_.take_up([this](std::uint32_t slot) { return is_free(slot); }, state_.velocities, -normalize(def_.gravity));
+}
+
+void SupportSolver::rest_if_none_is_held(std::uint64_t step, bool any_isolated) {
   if (any_isolated) support_graph_.forget_levels();
   if (empty()) return;
   const auto is_held = [](const StructureState& s) { return s.is_held; };

@@ -16,8 +16,9 @@ namespace fathom::native {
 
 class SupportSolver {
  public:
-  SupportSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, const ContactGraph& graph)
-      : def_(def), bodies_(bodies), state_(state), graph_(graph), support_graph_(bodies, state, graph) {}
+  SupportSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, const ContactGraph& graph,
+                ThreadPool& pool)
+      : def_(def), bodies_(bodies), state_(state), graph_(graph), support_graph_(bodies, state, graph, pool) {}
 
   Overloads& overloads() { return overloads_; }
   const Overloads& overloads() const { return overloads_; }
@@ -28,6 +29,12 @@ class SupportSolver {
   /// changed since the last step.
   void update(std::span<const std::uint32_t> in_contact, const ConstraintLayout& layout, bool has_moved,
               std::uint64_t step);
+
+  /// Bodies get back momentum that their added inertia has taken up; before the solver loads bodies, and once all
+  /// inertia of the step is known.
+  void give_back_momentum() {
+    if (overloads_.may_owe()) give_back();
+  }
 
   bool empty() const { return structures_.empty(); }
   /// Structure numbers: all, or those of a group.
@@ -52,7 +59,10 @@ class SupportSolver {
   /// After the last substep.
   void finish(std::uint32_t structure);
   /// After all structures of the step with this number; bodies may have been isolated in it.
-  void end_step(std::uint64_t step, bool any_isolated);
+  void end_step(std::uint64_t step, bool any_isolated) {
+    if (overloads_.any_scaled()) take_up();
+    rest_if_none_is_held(step, any_isolated);
+  }
 
   std::size_t memory_bytes() const;
 
@@ -91,6 +101,11 @@ class SupportSolver {
 
   const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
   float inverse_mass(std::uint32_t i) const { return state_.solver_bodies()[member(i).slot].inverse_mass; }
+  /// Awake and without joints.
+  bool is_free(std::uint32_t slot) const { return (state_.flags[slot] & (awake | jointed)) == awake; }
+  void give_back();
+  void take_up();
+  void rest_if_none_is_held(std::uint64_t step, bool any_isolated);
   float contact_stiffness() const;  ///< see `stiffness`
   void find_bases();
   void carry_along(std::uint64_t step);

@@ -12,7 +12,7 @@ namespace fathom {
 
 namespace {
 
-constexpr SealKind snapshot_kind{0x53574d4f48544146, 35, "snapshot", "snapshot of a world"};  // "FATHOMWS"
+constexpr SealKind snapshot_kind{0x53574d4f48544146, 36, "snapshot", "snapshot of a world"};  // "FATHOMWS"
 
 /// A definition without what is specific to the machine: threads, device and log.
 template <class Archive, class Def>
