@@ -101,8 +101,8 @@ struct OwedMomentum {
 
   FATHOM_HD bool any() const { return !(linear == Vec3{} && angular == Vec3{}); }
   /// What a body of this radius (m) with `scale` times its inertia gets back (m/s, rad/s) as a step begins; all if it
-  /// has only its own. No part of it moves faster by more than a `fall` (m/s) through a step would move it: what heavy
-  /// bodies squeeze between them owes them far more than itself could carry away.
+  /// has only its own. No part of it gains more than `fall` (m/s), which is what gravity adds in a step: bodies that
+  /// heavy ones squeeze are owed far more than they could carry away.
   FATHOM_HD Velocity give(float scale, float radius, float fall) {
     const float part = scale > 1 ? 1.0f / owed_steps : 1.0f;
     Velocity v;
