@@ -61,7 +61,7 @@ class SupportSolver {
   /// After all structures of the step with this number; bodies may have been isolated in it.
   void end_step(std::uint64_t step, bool any_isolated) {
     if (overloads_.any_scaled()) take_up();
-    rest_if_none_is_held(step, any_isolated);
+    if (any_isolated || !empty()) rest_if_none_is_held(step, any_isolated);
   }
 
   std::size_t memory_bytes() const;
