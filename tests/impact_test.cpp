@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 #include "dynamics/overload.hpp"
@@ -22,8 +23,7 @@ TEST_P(Impact, ReboundsFromTrianglesWhereverInAStepItFalls) {
     for (const Shape& shape : {sphere(size), box({size, size, size})})
       for (int phase = 0; phase < 50; ++phase) {
         World world(world_def());
-        BodyDef ground = fixed_body(flat_mesh(2, 10), {}, 0);
-        world.add(ground);
+        world.add(fixed_body(flat_mesh(2, 10), {}, 0));
         BodyDef falling;
         falling.shape = shape;
         falling.pose.position = {1.1f, 0.3f, size + 0.5f + 0.002f * static_cast<float>(phase)};

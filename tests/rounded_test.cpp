@@ -313,14 +313,14 @@ float fastest_of_heap(const WorldDef& def, const Shape& ground, float height, st
   return fastest;
 }
 
-// Of 80, 65 rest natively and 59 on the device (docs/log/2026-12-01-owed-momentum.md).
+// So many, because the share of the first few dozen scatters (docs/log/2026-12-01-owed-momentum.md).
 TEST_P(RoundedWorld, HeapsAreNotLostAndMostlyAtRest) {
   int at_rest = 0;
-  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+  for (std::uint32_t seed = 1; seed <= 100; ++seed) {
     at_rest += fastest_of_heap(world_of(GetParam()), box({8, 8, 0.5f}), -0.5f, seed) < 0.05f;
     at_rest += fastest_of_heap(world_of(GetParam()), flat_mesh(), 0, seed) < 0.05f;
   }
-  EXPECT_GE(at_rest, 26);
+  EXPECT_GE(at_rest, 150);
 }
 
 TEST(Rounded, SavedShapesAndSnapshotsKeepTheRadius) {

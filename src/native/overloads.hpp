@@ -99,9 +99,10 @@ class Overloads {
   /// Some body may be owed momentum.
   bool may_owe() const { return any_scaled_ || owed_.size() > 0; }
   /// Gives bodies back what their added inertia has taken up, if it may. Call when all inertia of the step is known.
-  template <class IsAwake>
-  void give_back(const IsAwake& is_awake, const BodyTable& bodies, std::span<Velocity> velocities, float fall) {
-    for_each_listed(is_awake, [&](std::uint32_t slot) {
+  /// `is_free`: awake and without joints.
+  template <class IsFree>
+  void give_back(const IsFree& is_free, const BodyTable& bodies, std::span<Velocity> velocities, float fall) {
+    for_each_owed(is_free, [&](std::uint32_t slot) {
       Velocity& v = velocities[slot];
       owed_[slot].before = v;
       const Velocity given = owed_[slot].momentum.give(loads_[slot].inertia_scale, bodies[slot].radius, fall);
@@ -110,9 +111,9 @@ class Overloads {
   }
   /// Ends the step, if some body has more than its own inertia in it: bodies now have these velocities. `up`: see
   /// `OwedMomentum`.
-  template <class IsAwake>
-  void take_up(const IsAwake& is_awake, std::span<const Velocity> velocities, Vec3 up) {
-    for_each_listed(is_awake, [&](std::uint32_t slot) {
+  template <class IsFree>
+  void take_up(const IsFree& is_free, std::span<const Velocity> velocities, Vec3 up) {
+    for_each_owed(is_free, [&](std::uint32_t slot) {
       Owed& owed = owed_[slot];
       const Velocity& now = velocities[slot];
       owed.momentum.take(loads_[slot].inertia_scale, now.linear - owed.before.linear, now.angular - owed.before.angular,
@@ -156,15 +157,15 @@ class Overloads {
     Velocity before;  ///< as the step began, before it was given anything
   };
   bool owes(std::uint32_t slot) const { return slot < owed_.size() && owed_[slot].momentum.any(); }
-  template <class IsAwake, class Act>
-  void for_each_listed(const IsAwake& is_awake, const Act& act) {
+  template <class IsFree, class Act>
+  void for_each_owed(const IsFree& is_free, const Act& act) {
     const std::size_t before = owed_.size();
     if (before < loads_.size()) {
       grow_to(owed_, loads_.size());
       std::fill(owed_.begin() + before, owed_.end(), Owed{});
     }
     for (std::uint32_t i = 0; i < count_; ++i)
-      if (is_awake(listed_[i]) && (loads_[listed_[i]].inertia_scale > 1 || owes(listed_[i]))) act(listed_[i]);
+      if (is_free(listed_[i]) && (loads_[listed_[i]].inertia_scale > 1 || owes(listed_[i]))) act(listed_[i]);
   }
   /// The order depends on threads; nothing depends on the order.
   void list(std::uint32_t slot) {

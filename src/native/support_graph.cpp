@@ -229,7 +229,7 @@ void SupportGraph::find_levels() {
 // if any of its contacts is.
 void SupportGraph::add_up_loads(float stiffness) {
   for (const std::uint32_t node : queue_) nodes_[node].load = nodes_[node].mass;
-  // The cube root is for contacts that may be overloaded, and for the first of many like bodies.
+  // A cube root takes long: only where the contact may be overloaded, and once for bodies of the same thickness.
   struct {
     float half_thickness = -1, load = 0;
   } last_of[2];
@@ -237,7 +237,7 @@ void SupportGraph::add_up_loads(float stiffness) {
     const float inverse_mass = upper.inverse_mass + (lower ? lower->inverse_mass : 0);
     const float thinner = lower ? min(upper.half_thickness, lower->half_thickness) : upper.half_thickness;
     const float weights = load * inverse_mass, rigidity = lower ? stiffness : fixed_stiffness_ratio * stiffness;
-    if (weights <= 12 && thinner * rigidity > 343) return false;  // whose cube root is 7
+    if (weights <= 12 && thinner * rigidity > 343) return false;  // there `sweep_load` is 12.6 at least
     auto& last = last_of[lower != nullptr];
     if (last.half_thickness != thinner) last = {thinner, sweep_load(thinner, rigidity)};
     return weights > last.load;
@@ -253,7 +253,7 @@ void SupportGraph::add_up_loads(float stiffness) {
     std::uint32_t supports = upper.base_links;
     for_each_lower([&](Node&) { ++supports; });
     const float share = upper.load / static_cast<float>(std::max(supports, 1u));
-    // Once is enough for all of a structure.
+    // One overloaded contact is enough for a structure.
     bool overloaded = nodes_[root(queue_[i])].is_overloaded;
     overloaded = overloaded || (upper.base_links > 0 && is_too_much(share, upper, nullptr));
     for_each_lower([&](Node& lower) {

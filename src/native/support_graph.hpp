@@ -21,7 +21,7 @@ class SupportGraph {
   /// A body of a structure.
   struct Member {
     std::uint32_t slot;
-    std::uint32_t structure;
+    std::uint32_t structure;                     ///< number that its members share
     std::uint32_t level;                         ///< from 1
     std::uint32_t first_support, support_count;  ///< in `supports`
     std::uint32_t first_load, load_count;        ///< in `loads`
