@@ -117,5 +117,21 @@ TEST_P(Rocking, ABallRollsOn) {
   EXPECT_NEAR(world.pose(id).position.x, 6, 0.05f);
 }
 
+// A ball has no core to hang on. By rounding it had one, and rolled along a rail faster and faster.
+TEST_P(Rocking, ABallRollsAlongARailAtItsSpeed) {
+  for (const float size : {0.2f, 1.0f}) {
+    World world(world_def());
+    BodyDef rail;
+    rail.motion = MotionType::fixed, rail.shape = capsule(0.1f * size, 20 * size);
+    rail.pose.rotation = axis_angle({0, 1, 0}, pi / 2);
+    world.add(rail);
+    BodyDef def = dynamic(sphere(0.5f * size), {-18 * size, 0, 0.6f * size});
+    def.velocity.linear = {1.5f * size, 0, 0}, def.velocity.angular = {0, 3, 0};
+    const BodyId ball = world.add(def);
+    run(world, 180);
+    EXPECT_NEAR(world.velocity(ball).linear.x, 1.5f * size, 0.01f * size);
+  }
+}
+
 }  // namespace
 }  // namespace fathom::test::rocking_test

@@ -109,16 +109,19 @@ FATHOM_LANE_FUNCTION void move_arms_midway(const RoundContact<L>& round, L load,
   const VecOf<L> apart = (b.linear + along_b) - (a.linear + along_a), slip = mul_sub(apart, dot(n, apart), n);
   const L push = splat<L>(2.0f) * (h * round.substeps) * load;  // Δt² N
   // How long an arm turns; `up` points to where the load pushes the body.
-  const auto time = [&](VecOf<L> spin, VecOf<L> core, VecOf<L> up) FATHOM_LANE_LAMBDA {
+  const auto time = [&](VecOf<L> spin, VecOf<L> core, L radius, VecOf<L> up) FATHOM_LANE_LAMBDA {
     const L squared = dot(spin, spin), response = dot(spin, spun_apart(bodies, spin));
-    const L swing = push * root(dot(core, core)) * (response / larger(squared, splat<L>(1e-12f)));
-    const auto hangs = is_above(squared * dot(core, up), dot(spin, core) * dot(spin, up));
+    const L arm = root(dot(core, core)), swing = push * arm * (response / larger(squared, splat<L>(1e-12f)));
+    // What is round about its own centre has no core to hang on, except by rounding.
+    const L lift = squared * dot(core, up) - dot(spin, core) * dot(spin, up);
+    const auto hangs = is_above(lift, splat<L>(min_hang) * squared * (arm + radius));
     return select(hangs, h / mul_add(mul_add(one, four, h * h * squared), swing, swing), zero);
   };
   const L reach = larger(to_a + to_b, least);
   const L slides = one / mul_add(one, four, h * h * dot(slip, slip) / (reach * reach));
   const L moves_a = select(is_above(a.inverse_mass, zero), one, zero);
-  const L time_a = moves_a * time(a.angular, core_a, scale(splat<L>(-1.0f), n)), time_b = time(b.angular, core_b, n);
+  const L time_a = moves_a * time(a.angular, core_a, to_a, scale(splat<L>(-1.0f), n)),
+          time_b = time(b.angular, core_b, to_b, n);
   arm_a = mul_add(arm_a, time_a, mul_add(along_a, round.share_a * slides, slip));
   arm_b = mul_add(arm_b, time_b, mul_sub(along_b, share_b * slides, slip));
 }

@@ -29,6 +29,8 @@ inline constexpr float patch_share = 0.56f;
 /// Share of its limit from which a patch's friction counts as sliding. With 0.8 two more of 300 loops of light bodies
 /// gain energy on the device.
 inline constexpr float slides_at = 0.98f;
+/// Share of a round contact's lever by which a body's centre must be off it to hang on it (`move_arms_midway`).
+inline constexpr float min_hang = 0.01f;
 /// Points whose separation exceeds the nearest one's by more than this (m) are only expected to touch: friction does
 /// not act there (tests/solver_test.cpp).
 inline constexpr float friction_reach = 0.02f;
@@ -170,6 +172,8 @@ inline constexpr float calm_energy = 0.3f;
 /// J/kg. A solution leaves no body above it that was calmer before (`calm_part`;
 /// docs/log/2026-11-28-thrown-by-solutions.md).
 inline constexpr float calm_body_energy = 0.1f;
+/// Share of their speeds by which two bodies may differ that move as one.
+inline constexpr float same_motion = 1e-5f;
 /// Share of a structure's energy that a solution takes off at least, or else is not made.
 inline constexpr float min_support_effect = 0.1f;
 /// Bodies left with this share of the speed that a fall gains in a substep count as not held.
@@ -216,6 +220,8 @@ inline constexpr float projection_share = 0.2f, closing_share = 0.01f;
 /// its two bodies' masses, not what a direct solution moves with them, and are stable up to about 25 times that: a
 /// table on light legs would hop on them and sink in.
 inline constexpr float max_behind_a_contact = 24;
+/// Rounds over the contacts that a mechanism solves (dynamics/link_contact.hpp).
+inline constexpr int link_contact_rounds = 2;
 /// Component of a rotation axis across the preceding ones below which it does not count as independent.
 inline constexpr float min_axis_across = 0.1f;
 /// Tolerance on a drive's largest force, as a share of it.
