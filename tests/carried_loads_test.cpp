@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
+#include <vector>
 
 #include "random.hpp"
 #include "simulator_fixture.hpp"
@@ -43,6 +45,77 @@ TEST_P(CarriedLoads, RideOnAnAcceleratingPlatform) {
       EXPECT_NEAR(world.pose(crate).position.x, at, 1e-3f) << height << ' ' << ratio;
       EXPECT_NEAR(world.pose(load).position.x, at, 2e-3f) << height << ' ' << ratio;
     }
+}
+
+Pose at(Vec3 position) {
+  Pose pose;
+  pose.position = position;
+  return pose;
+}
+
+/// A free-standing stack of cubes of `size` m, from the height `bottom` (m) up.
+struct Stack {
+  std::vector<BodyId> cubes;
+  float size;
+
+  Stack(World& world, int count, float side, Vec3 bottom) : size(side) {
+    for (int i = 0; i < count; ++i)
+      cubes.push_back(world.add(
+          dynamic(box(0.5f * size * Vec3{1, 1, 1}), bottom + Vec3{0, 0, (static_cast<float>(i) + 0.5f) * size})));
+  }
+  /// How far its top is, in cubes, from where it would be if the stack had moved by `way`.
+  float off(const World& world, Vec3 bottom, Vec3 way = {}) const {
+    const Vec3 top = bottom + way + Vec3{0, 0, (static_cast<float>(cubes.size()) - 0.5f) * size};
+    return distance(world.pose(cubes.back()).position, top) / size;
+  }
+};
+
+// Obstacles that move as one are one base. Held by neither, the stack fell.
+TEST_P(CarriedLoads, AStackRidesOnTwoPlatesThatMoveTogether) {
+  constexpr float size = 0.05f;
+  World world(quiet());
+  for (const float x : {-1.5f, 1.5f}) {
+    const BodyId plate = world.add(kinematic({1.5f * size, 3 * size, 0.5f * size}, {x * size, 0, -0.5f * size}));
+    world.set_velocity(plate, {0.05f, 0, 0.1f}, {});
+  }
+  const Stack stack(world, 8, size, {});
+  for (const BodyId cube : stack.cubes) world.set_velocity(cube, {0.05f, 0, 0.1f}, {});
+  run(world, 600);
+  EXPECT_LT(stack.off(world, {}, {0.5f, 0, 1}), 0.1f);
+}
+
+// It held the stack up and down with its own motion, and let go of it again.
+TEST_P(CarriedLoads, APlateAboveAStackDoesNotDisturbIt) {
+  constexpr float size = 0.05f;
+  World world(quiet());
+  world.add(ground());
+  const Stack stack(world, 4, size, {0, 0, 0.5f});
+  const Vec3 above{0, 0, 0.5f + 4.22f * size};
+  const BodyId plate = world.add(kinematic({size, size, 0.2f * size}, above));
+  for (int i = 0; i < 1500; ++i) {
+    if (i >= 75 && i % 75 < 2) world.move_to(plate, at(above + Vec3{0, 0, i % 75 == 0 ? 0.1f * size : 0.0f}));
+    world.step();
+  }
+  EXPECT_LT(stack.off(world, {0, 0, 0.5f}), 0.05f);
+}
+
+TEST_P(CarriedLoads, TappingABoardDoesNotFellItsStack) {
+  constexpr float size = 0.05f;
+  World world(quiet());
+  world.add(ground());
+  world.add(dynamic(box({10 * size, 10 * size, 0.2f * size}), {0, 0, 0.5f + 0.2f * size}));
+  const Vec3 bottom{0, 6 * size, 0.5f + 0.4f * size};
+  const Stack stack(world, 8, size, bottom);
+  const Vec3 touch{0, -6 * size, 0.5f + 1.4f * size};
+  BodyDef def = kinematic({size, size, size}, touch);
+  def.shape = sphere(size), def.material.friction = 0;
+  const BodyId finger = world.add(def);
+  for (int i = 0; i < 900; ++i) {
+    const float swing = 0.1f * size * std::sin(2 * pi * static_cast<float>(i) / 30);
+    world.move_to(finger, at(touch + Vec3{0, 0, std::max(-0.002f * size, swing)}));
+    world.step();
+  }
+  EXPECT_LT(stack.off(world, bottom), 0.2f);
 }
 
 // A lift presses a crate by a twentieth of its height against a ceiling, waits, and goes down again. While it waits

@@ -208,8 +208,8 @@ struct FindSupports {
     Structure& s = bodies.structures[root_of(bodies.parent, c.b)];
     const Velocity v = bodies.velocities[c.a];
     if (c.on_moving_surface() || length_squared(v.linear) + length_squared(v.angular) > 0) {
-      exec::atomic_min(s.first_base, c.a);
-      exec::atomic_max(s.last_base, c.a);
+      if (!c.on_moving_surface() && dot(rows_of(constraints, k)[0].xyz(), counters->gravity) > 0) return;  // a press
+      note_motion(s, c.a, motion_key(v, c.a, c.on_moving_surface()));
     } else {
       exec::atomic_store(s.rests_on_still, 1u);
     }
@@ -227,9 +227,13 @@ struct FindSupports {
   FATHOM_HD void split(std::uint32_t k, const Contact& c) const {
     if (!is_pushable(bodies, c.b) || !touches(k)) return;
     Structure& s = bodies.structures[root_of(bodies.parent, c.b)];
-    exec::atomic_min(s.first_base, c.a);
-    exec::atomic_max(s.last_base, c.a);
+    note_motion(s, c.a, c.a);
     exec::atomic_store(s.rests_on_still, 1u);
+  }
+  FATHOM_HD static void note_motion(Structure& s, std::uint32_t base, std::uint32_t key) {
+    exec::atomic_min(s.first_base, base);
+    exec::atomic_min(s.first_motion, key);
+    exec::atomic_max(s.last_motion, key);
   }
 
   FATHOM_HD void note(std::uint32_t i) const {

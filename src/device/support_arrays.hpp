@@ -60,9 +60,10 @@ struct alignas(16) SupportMove {
 
 /// Sums over a structure, in integers: they do not depend on the order of terms.
 struct alignas(16) Structure {
-  std::uint32_t overloaded = 0;  ///< 1: some contact was overloaded in the previous step
-  std::uint32_t first_base = 0xffffffff,
-                last_base = 0;                      ///< least and greatest index of the moving bodies that it rests on
+  std::uint32_t overloaded = 0;             ///< 1: some contact was overloaded in the previous step
+  std::uint32_t first_base = 0xffffffff;    ///< least index of the moving bodies that it rests on
+  std::uint32_t first_motion = 0xffffffff;  ///< least and greatest of their `motion_key`s
+  std::uint32_t last_motion = 0;
   std::uint32_t rests_on_still = 0;                 ///< 1: it rests on something at rest
   std::uint32_t heaviest = 0;                       ///< kg, as bits
   std::uint32_t largest = 0;                        ///< largest term of a direct solution's sums, as bits
@@ -73,7 +74,7 @@ struct alignas(16) Structure {
 
   FATHOM_HD bool has_moving_base() const { return first_base != 0xffffffff; }
   /// Whether everything that it rests on moves as one.
-  FATHOM_HD bool has_one_base() const { return !has_moving_base() || (first_base == last_base && !rests_on_still); }
+  FATHOM_HD bool has_one_base() const { return !has_moving_base() || (first_motion == last_motion && !rests_on_still); }
 };
 
 /// Which body of a contact stands on the other.

@@ -99,8 +99,8 @@ struct SupportFactors {
   }
   FATHOM_HD bool is_held(std::uint32_t i) const { return exec::atomic_load(bodies.nodes[i].supports) > 0; }
   FATHOM_HD bool is_base(std::uint32_t other, const Structure& s) const {
-    if (s.has_moving_base()) return other == s.first_base;
     const Velocity& v = bodies.velocities[other];
+    if (s.has_moving_base()) return other == s.first_base || motion_key(v, other, false) == s.first_motion;
     return length_squared(v.linear) + length_squared(v.angular) == 0;
   }
   /// Whether body `i` may rest on the other body of contact k.

@@ -75,6 +75,16 @@ FATHOM_HD bool is_pushable(const Bodies<written...>& bodies, std::uint32_t i) {
   return c.is_living() && c.is_dynamic() && c.inverse_mass > 0 && bodies.is_awake(i);
 }
 
+/// Equal for obstacles that move as one: those with the same velocity that do not turn. `is_surface`: its surface
+/// moves.
+FATHOM_HD std::uint32_t motion_key(const Velocity& v, std::uint32_t i, bool is_surface) {
+  if (is_surface || !(v.angular == Vec3{})) return i;
+  std::uint32_t key = 0x80000000u;
+  for (const float part : {v.linear.x, v.linear.y, v.linear.z})
+    key = (key ^ __builtin_bit_cast(std::uint32_t, part + 0.0f)) * 0x9e3779b1u, key ^= key >> 15;
+  return key | 0x80000000u;
+}
+
 /// The velocity of a body if it moves as one with what its structure rests on.
 template <BodyPart... written>
 FATHOM_HD Velocity common_motion(const Bodies<written...>& bodies, const Structure& structure, std::uint32_t i) {

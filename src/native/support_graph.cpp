@@ -152,7 +152,12 @@ bool SupportGraph::presses(const Coloured& c) const {
   Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
   if (graph_.any_moving_surface() && graph_[c.contact].on_moving_surface) speed += graph_.surface_slide(c.contact);
   if (length_squared(speed) > loaded_speed * loaded_speed) return false;
-  return touches(graph_.manifold_at(c.manifold), state_.poses[c.a], state_.poses[c.b]);
+  return native::touches(graph_.manifold_at(c.manifold), state_.poses[c.a], state_.poses[c.b]);
+}
+
+bool SupportGraph::touches(std::uint32_t contact) const {
+  const Contact& c = graph_[contact];
+  return native::touches(graph_.manifold_at(c.manifold), state_.poses[c.a], state_.poses[c.b]);
 }
 
 std::uint32_t SupportGraph::node_of(std::uint32_t slot) const {

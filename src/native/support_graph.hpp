@@ -54,6 +54,8 @@ class SupportGraph {
   void rest_until(std::uint64_t step) { resume_at_ = step; }
 
   bool empty() const { return members_.empty(); }
+  /// Whether the bodies of a contact touch.
+  bool touches(std::uint32_t contact) const;
   /// By slot; 0 for bodies that are no members.
   const std::uint16_t* levels() const { return levels_.data(); }
   /// By slot (kg), mass of the heaviest body in the body's overloaded structure; 0 for bodies in none.

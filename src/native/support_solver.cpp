@@ -54,8 +54,7 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     order_.clear();
     return;
   }
-  const bool may_move = !bodies_.kinematic().empty() || graph_.any_moving_surface();
-  if (may_move && overloads_.any_scaled()) carry_along(step);
+  if (may_move() && overloads_.any_scaled()) carry_along(step);
   choose_held();
 }
 
@@ -157,6 +156,23 @@ void SupportSolver::prepare(std::uint32_t structure, const SolverKernels& kernel
   }
 }
 
+bool SupportSolver::may_move() const { return !bodies_.kinematic().empty() || graph_.any_moving_surface(); }
+
+/// Whether a moving obstacle pushes the body down: nothing rests on it.
+bool SupportSolver::is_press(const SupportGraph::Support& support) const {
+  if (!moves(state_.velocities[support.base])) return false;
+  const fathom::native::Contact& c = graph_[support.contact];
+  if (graph_.any_moving_surface() && c.on_moving_surface) return false;
+  return dot(rotate(state_.poses[c.a].rotation, graph_.manifold(c).normal), def_.gravity) > 0;
+}
+
+/// Whether two bodies move as one.
+bool SupportSolver::moves_along(const Base& a, const Base& b) {
+  const Vec3 expected = b.linear + cross(b.angular, a.position - b.position);
+  const float speed = length(a.linear) + length(b.linear);
+  return a.angular == b.angular && length(a.linear - expected) <= same_motion * speed;
+}
+
 /// False if a structure stands on bodies that move differently, or touches an isolated body.
 bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) const {
   bool any = false;
@@ -164,6 +180,8 @@ bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) cons
     const SupportGraph::Member& m = member(i);
     for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k) {
       const SupportGraph::Support& support = support_graph_.supports()[k];
+      if (support.lower == none && may_move() && !support_graph_.touches(support.contact)) continue;
+      if (support.lower == none && is_press(support)) continue;
       const bool on_surface = graph_.any_moving_surface() && graph_[support.contact].on_moving_surface;
       if (support.lower != none && on_surface) return false;  // its bodies do not move as one
       if (support.lower != none) continue;
@@ -171,9 +189,8 @@ bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) cons
       const Velocity& v = state_.velocities[support.base];
       Base found = moves(v) ? Base{state_.poses[support.base].position, v.linear, v.angular} : Base{};
       if (on_surface && !goes_along(support.contact, found)) return false;
-      if (any && !(found.linear == base.linear && found.angular == base.angular && found.position == base.position))
-        return false;
-      base = found;
+      if (any && !moves_along(found, base)) return false;
+      if (!any) base = found;
       any = true;
     }
   }
@@ -243,7 +260,8 @@ void SupportSolver::load_supports(std::uint32_t i, float fall, float h) {
   bool any = false;
   for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k) {
     const std::uint32_t lower = support_graph_.supports()[k].lower;
-    contact_[k].acts = (lower == none || body_[lower].is_held) && load_rows(k, body_weight);
+    contact_[k].acts =
+        (lower == none ? !is_press(support_graph_.supports()[k]) : body_[lower].is_held) && load_rows(k, body_weight);
     if (!contact_[k].acts) continue;
     SupportRows& r = contact_[k].rows;
     const float own_speed = speed_of(i, r.arm_upper);

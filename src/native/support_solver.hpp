@@ -112,6 +112,9 @@ class SupportSolver {
   void choose_held();
   void find_lanes(const ConstraintLayout& layout);
   void order_by_group(const ConstraintLayout& layout);
+  bool may_move() const;
+  bool is_press(const SupportGraph::Support& support) const;
+  static bool moves_along(const Base& a, const Base& b);
   bool find_base(const SupportGraph::Structure& s, Base& base) const;
   bool goes_along(std::uint32_t contact, Base& base) const;
   Vec3 velocity_against(const Base& base, std::uint32_t slot) const;
