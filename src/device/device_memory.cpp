@@ -281,7 +281,9 @@ JointArrays JointMemory::arrays() {
 void MechanismMemory::reserve(const Room& room) {
   records_.grow(room.mechanisms);
   links_.grow(room.links);
+  contacts_.grow(room.links);
   states_.grow(room.links);
+  pushes_.grow(room.links);
   levels_.grow(room.levels);
   generic_.grow(room.generic);
   closures_.grow(room.closure_floats);
@@ -293,7 +295,10 @@ MechanismArrays MechanismMemory::arrays() {
           .records = records_.data(),
           .levels = levels_.data(),
           .of_joint = of_joint_.data(),
+          .of_body = of_body_.data(),
+          .contacts = contacts_.data(),
           .states = states_.data(),
+          .pushes = pushes_.data(),
           .generic = generic_.data(),
           .closures = closures_.data(),
           .capacity = static_cast<std::uint32_t>(records_.size()),

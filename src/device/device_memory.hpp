@@ -195,7 +195,10 @@ class MechanismMemory {
         records_(memory),
         levels_(memory),
         of_joint_(memory),
+        of_body_(memory),
+        contacts_(memory),
         states_(memory),
+        pushes_(memory),
         generic_(memory),
         closures_(memory) {}
 
@@ -209,14 +212,19 @@ class MechanismMemory {
            room.generic <= generic_.size() && room.closure_floats <= closures_.size() &&
            room.joints <= of_joint_.size();
   }
+  /// Keeps all contents.
+  void reserve_bodies(std::size_t bodies) { of_body_.grow(bodies, exec::Contents::keep); }
+  bool has_room_for_bodies(std::size_t bodies) const { return bodies <= of_body_.size(); }
   std::size_t capacity() const { return records_.size(); }
   MechanismArrays arrays();
 
  private:
   exec::Buffer<MechanismLink> links_;
   exec::Buffer<MechanismRecord> records_;
-  exec::Buffer<std::uint32_t> levels_, of_joint_;
+  exec::Buffer<std::uint32_t> levels_, of_joint_, of_body_;
+  exec::Buffer<LinkContacts> contacts_;
   exec::Buffer<LinkState> states_;
+  exec::Buffer<LinkPushes> pushes_;
   exec::Buffer<JointLink> generic_;
   exec::Buffer<float> closures_;
 };

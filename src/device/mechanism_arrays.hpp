@@ -24,6 +24,16 @@ struct MechanismRecord {
   FATHOM_HD bool swings() const { return !is_driven && !is_acted_on; }
 };
 
+/// A link's contacts with obstacles that its mechanism solves (dynamics/link_contact.hpp). Valid within a step, zero
+/// between steps.
+struct LinkContacts {
+  static constexpr std::uint32_t most = 8;  ///< sweeps alone solve those of a link with more
+
+  std::uint32_t count;
+  std::uint32_t leads;  ///< 1: the link, or one below it, has any
+  std::uint32_t constraints[most];
+};
+
 /// Parts of the device's mechanism data, for `Mechanisms`.
 enum MechanismPart : std::uint8_t { mechanism_tables, mechanism_records, mechanism_states };
 
@@ -37,13 +47,21 @@ struct Mechanisms {
   Of<MechanismRecord, mechanism_records> records;
   Of<std::uint32_t, mechanism_tables> levels;
   Of<std::uint32_t, mechanism_tables> of_joint;  ///< by slot: the joint's mechanism, or `none`
-  Of<LinkState, mechanism_states> states;        ///< by link
+  Of<std::uint32_t, mechanism_tables> of_body;   ///< by device index: the body's link, if `link_of` confirms it
+  Of<LinkContacts, mechanism_records> contacts;  ///< by link
+  Of<LinkState, mechanism_states> states;        ///< likewise
+  Of<LinkPushes, mechanism_states> pushes;
   Of<JointLink, mechanism_states> generic;
   Of<float, mechanism_states> closures;  ///< memory of LoopClosures
   std::uint32_t capacity;                ///< of records
   std::uint32_t link_capacity;           ///< and of states
   std::uint32_t joint_capacity;          ///< of `of_joint`
 
+  /// The body's link, or `none`; `count`: of all links.
+  FATHOM_HD std::uint32_t link_of(std::uint32_t body, std::uint32_t count) const {
+    const std::uint32_t i = of_body[body];
+    return i < count && links[i].body == body && !links[i].is_copy() ? i : none;
+  }
   /// Whether this step solves the joint in `slot` directly.
   FATHOM_HD bool is_direct(std::uint32_t slot) const {
     return capacity > 0 && of_joint[slot] != none && records[of_joint[slot]].is_direct();

@@ -5,6 +5,7 @@
 #include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/mechanism_arrays.hpp"
+#include "device/solve_parameters.hpp"
 #include "dynamics/torn_joint.hpp"
 #include "exec/atomic.hpp"
 
@@ -19,13 +20,16 @@ struct JointEnds {
 };
 
 /// Bodies and joints with the interface that MechanismSolver expects, from sets that allow the writes it does.
-template <class BodySet, class JointSet>
+/// Where nothing is solved.
+struct NoConstraints {};
+
+template <class BodySet, class JointSet, class ConstraintSet = NoConstraints>
 struct LinkedBodies {
   const BodySet* bodies;
   const JointSet* joints;
   const Mechanisms<mechanism_states>* mechanisms;
-  float push_out;  ///< m/s
-  SpeedLimits speed_limits;
+  const ConstraintSet* constraints = nullptr;
+  const SolveParameters* parameters = nullptr;
 
   FATHOM_HD LinkState& state(std::uint32_t i) const { return mechanisms->states[i]; }
   FATHOM_HD JointLink& generic(std::uint32_t number) const { return mechanisms->generic[number]; }
@@ -72,15 +76,58 @@ struct LinkedBodies {
   FATHOM_HD void store(std::uint32_t slot, const GenericImpulse& impulse) const {
     joints->generic_impulses[slot] = impulse;
   }
-  FATHOM_HD float push_out_velocity() const { return push_out; }
-  FATHOM_HD SpeedLimits limits(float /*h*/) const { return speed_limits; }
+
+  FATHOM_HD bool leads_to_contact(std::uint32_t i) const { return mechanisms->contacts[i].leads != 0; }
+  FATHOM_HD bool has_contacts(std::uint32_t i) const { return mechanisms->contacts[i].count > 0; }
+  FATHOM_HD LinkPushes& pushes(std::uint32_t i) const { return mechanisms->pushes[i]; }
+  // Sweeps find impulses and obstacles where they are.
+  FATHOM_HD static void begin_contacts(std::uint32_t) {}
+  FATHOM_HD static void end_contacts(std::uint32_t, bool) {}
+  FATHOM_HD static void move_obstacles(std::uint32_t, float) {}
+  template <ContactPass pass>
+  FATHOM_HD Wrench sweep_contacts(std::uint32_t i, ContactBody<LinkResponse>& link) const {
+    const LinkContacts& contacts = mechanisms->contacts[i];
+    Wrench sum;
+    for (std::uint32_t n = 0; n < contacts.count; ++n) sum += sweep_contact<pass>(contacts.constraints[n], link);
+    return sum;
+  }
+  template <ContactPass pass>
+  FATHOM_HD Wrench sweep_contact(std::uint32_t k, ContactBody<LinkResponse>& link) const {
+    const ConstraintHead head = constraints->heads[k];
+    Quad* const rows = rows_of(*constraints, k);
+    Quad q[row_count];
+    for (std::uint32_t r = 0; r < row_count; ++r) q[r] = rows[r * tile_width];
+    LinkContact contact;
+    load_contact(q, static_cast<int>(head.bits & point_bits), contact.rows);
+    contact.rows.bounce.restitution = head.bits & bounces_bit ? 1.0f : 0.0f;
+    contact.soft = contact_step(1 / parameters->h, parameters->contacts.fixed, parameters->push_out_velocity);
+    const SolverBody obstacle = solver_body(head.a);
+    contact.obstacle.linear = obstacle.linear, contact.obstacle.angular = obstacle.angular;
+    contact.obstacle.moved = obstacle.moved, contact.obstacle.turned = obstacle.turned;
+    contact.on_surface = head.has(row_extra);
+    if (contact.on_surface) contact.surface = constraints->extras[k].surface;
+    ContactImpulses& impulses = contact.rows.impulses;
+    const float before = impulses.sum();
+    const Wrench push = sweep_link_contact<pass>(contact, link, parameters->friction_lead);
+    if (pass == ContactPass::relax) impulses.step += impulses.sum() - before;
+    store_normal_impulses(rows, impulses);
+    store_friction_impulses(rows, impulses);
+    return push;
+  }
+  FATHOM_HD float push_out_velocity() const { return parameters->push_out_velocity; }
+  FATHOM_HD SpeedLimits limits(float /*h*/) const { return parameters->limits; }
 };
 
 template <class BodySet, class JointSet>
 FATHOM_HD MechanismSolver<LinkedBodies<BodySet, JointSet>> direct_solver(const BodySet& bodies, const JointSet& joints,
-                                                                         const Mechanisms<mechanism_states>& m,
-                                                                         float push_out = 0, SpeedLimits limits = {}) {
-  return {{&bodies, &joints, &m, push_out, limits}, m.links, m.levels, m.closures};
+                                                                         const Mechanisms<mechanism_states>& m) {
+  return {{&bodies, &joints, &m}, m.links, m.levels, m.closures};
+}
+template <class BodySet, class JointSet, class ConstraintSet>
+FATHOM_HD MechanismSolver<LinkedBodies<BodySet, JointSet, ConstraintSet>> direct_solver(
+    const BodySet& bodies, const JointSet& joints, const Mechanisms<mechanism_states>& m,
+    const ConstraintSet& constraints, const SolveParameters& parameters) {
+  return {{&bodies, &joints, &m, &constraints, &parameters}, m.links, m.levels, m.closures};
 }
 
 /// Replaces the mechanisms by those the host has found. Does nothing while the simulator is stopped: they are submitted
@@ -93,10 +140,41 @@ struct TakeMechanisms {
   FATHOM_HD void operator()(std::uint32_t k) const {
     if (counters->stopped) return;
     if (k == 0) counters->mechanisms = from.count, counters->mechanism_links = from.link_count;
-    if (k < from.link_count) to.links[k] = from.links[k];
+    if (k < from.link_count) {
+      to.links[k] = from.links[k];
+      to.contacts[k].count = to.contacts[k].leads = 0;
+      if (!from.links[k].is_copy()) to.of_body[from.links[k].body] = k;
+    }
     if (k < from.count) to.records[k] = from.records[k];
     if (k < from.level_count) to.levels[k] = from.levels[k];
     if (k < to.joint_capacity) to.of_joint[k] = k < from.joint_count ? from.of_joint[k] : none;
+  }
+};
+
+/// Lists the contacts with obstacles that mechanisms are to solve.
+struct ListLinkContacts {
+  Bodies<> bodies;
+  Contacts<> contacts;
+  Constraints<> constraints;
+  Mechanisms<mechanism_records> mechanisms;
+  Counters* counters;
+  float dt;  ///< s
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    const std::uint32_t number = constraints.contact[k];
+    if (counters->stopped || number & joint_tag) return;
+    const Contact& contact = contacts.contacts[number];
+    const std::uint32_t body = constraints.bodies[k].b;
+    if (!contact.fixed_a() || contact.ahead() || contact.colour() == overflow_colour) return;
+    const std::uint32_t i = mechanisms.link_of(body, counters->mechanism_links);
+    if (i == none) return;
+    const float impulse = contacts.manifolds[constraints.manifold[k]].step_impulse;
+    if (!is_for_mechanism(mechanisms.links[i], impulse, bodies.constants[body].inverse_mass,
+                          length(counters->gravity) * dt))
+      return;
+    LinkContacts& list = mechanisms.contacts[i];
+    const std::uint32_t n = exec::atomic_add(list.count, 1u);
+    if (n < LinkContacts::most) list.constraints[n] = k;
   }
 };
 
@@ -116,8 +194,9 @@ struct CheckLinks {
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
     if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
     if (link.is_copy()) return;
+    const bool solves_contacts = take_contacts(i);
     if (is_solved && is_in_contact(link.body)) {
-      const float inertia = link.min_inertia(inverse_mass(link.body));
+      const float inertia = solves_contacts ? 1.0f : link.min_inertia(inverse_mass(link.body));
       require(link.body, max(inertia, inertia_where_torn(*this, mechanisms.links, i)));
     }
     if (bodies.touching[link.body] != link.joints() || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
@@ -131,6 +210,20 @@ struct CheckLinks {
   FATHOM_HD float radius(std::uint32_t i) const { return bodies.constants[i].radius; }
 
  private:
+  /// Puts the link's contacts in order: each has a colour of its own.
+  FATHOM_HD bool take_contacts(std::uint32_t i) const {
+    LinkContacts& list = mechanisms.contacts[i];
+    if (list.count > LinkContacts::most) list.count = 0;
+    for (std::uint32_t n = 1; n < list.count; ++n)
+      for (std::uint32_t k = n; k > 0 && list.constraints[k] < list.constraints[k - 1]; --k) {
+        const std::uint32_t other = list.constraints[k];
+        list.constraints[k] = list.constraints[k - 1], list.constraints[k - 1] = other;
+      }
+    if (list.count == 0) return false;
+    for (std::uint32_t k = i; k != none; k = mechanisms.links[k].parent)
+      exec::atomic_store(mechanisms.contacts[k].leads, 1u);
+    return true;
+  }
   FATHOM_HD bool is_in_contact(std::uint32_t body) const {
     return (bodies.colours[body] & ~bodies.joint_colours[body]) | (counters->any_further ? bodies.further[body] : 0);
   }
@@ -178,6 +271,8 @@ struct ClearMechanisms {
   FATHOM_HD void operator()(std::uint32_t m) const {
     MechanismRecord& record = mechanisms.records[m];
     record.is_blocked = record.is_acted_on = 0;
+    for (std::uint32_t i = record.tree.first; i < record.tree.end; ++i)
+      mechanisms.contacts[i].count = mechanisms.contacts[i].leads = 0;
   }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "device/constraint_rows.hpp"
+#include "device/mechanism_arrays.hpp"
 #include "dynamics/lift.hpp"
 #include "dynamics/overlap.hpp"
 #include "exec/atomic.hpp"
@@ -13,6 +14,7 @@ namespace fathom::device {
 struct MarkOverload {
   Bodies<body_supports> bodies;
   Constraints<> constraints;
+  Mechanisms<> mechanisms;
   Counters* counters;
   float stiffness;  ///< of contacts between bodies that can be pushed (1/s²); 0: nothing is marked
   float dt;         ///< s
@@ -32,6 +34,7 @@ struct MarkOverload {
     // Avoids the cube root for thick bodies under small loads, the most frequent case.
     if (half * bodies_stiffness > 343 && load <= 12) return;
     if (!(load > sweep_load(half, bodies_stiffness)) || is_moving(k, head, loaded_speed)) return;
+    if (fixed_a && is_solved_by_mechanism(k, head.b)) return;
     const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
     const float ratio = lasting / (inertia_load(half, bodies_stiffness) * weight);
     const std::uint32_t step = counters->step + 1;
@@ -50,6 +53,14 @@ struct MarkOverload {
   }
 
  private:
+  FATHOM_HD bool is_solved_by_mechanism(std::uint32_t k, std::uint32_t body) const {
+    const std::uint32_t i = mechanisms.capacity > 0 ? mechanisms.link_of(body, counters->mechanism_links) : none;
+    if (i == none) return false;
+    const LinkContacts& list = mechanisms.contacts[i];
+    bool does = false;
+    for (std::uint32_t n = 0; n < list.count; ++n) does = does || list.constraints[n] == k;
+    return does;
+  }
   FATHOM_HD float thickness(std::uint32_t i) const { return half_thickness(bodies.constants[i]); }
   /// Weight of the contact's own bodies over a step (N·s).
   FATHOM_HD float weight_of(const ConstraintHead& head, float gravity) const {

@@ -46,7 +46,13 @@ void DeviceSimulator<D>::make_room_for_mechanisms() {
   MechanismMemory::Room room{trees_.mechanisms().size(), trees_.links().size(),   trees_.levels().size(),
                              trees_.generic(),           trees_.closure_floats(), joint_memory_.capacity()};
   // Once there is memory, steps ask it about every joint, even if there are no mechanisms any more.
-  if ((room.mechanisms == 0 && mechanism_memory_.capacity() == 0) || mechanism_memory_.has_room_for(room)) return;
+  if (room.mechanisms == 0 && mechanism_memory_.capacity() == 0) return;
+  if (!mechanism_memory_.has_room_for_bodies(body_memory_.capacity())) {
+    retire_all();
+    forget_graphs();
+    mechanism_memory_.reserve_bodies(body_memory_.capacity());
+  }
+  if (mechanism_memory_.has_room_for(room)) return;
   retire_all();
   forget_graphs();
   for (std::size_t* part : {&room.mechanisms, &room.links, &room.levels, &room.generic, &room.closure_floats})

@@ -147,7 +147,7 @@ struct SolveDirectly {
     if constexpr (kinds != JointKinds::absent) {
       const MechanismRecord& record = mechanisms.records[number];
       if (!record.is_direct()) return;
-      const auto direct = direct_solver(bodies(), joints, mechanisms, solver.p.push_out_velocity, solver.p.limits);
+      const auto direct = direct_solver(bodies(), joints, mechanisms, constraints(), solver.p);
       const float h = solver.p.h;
       if (at.what == Solver::relax) {
         if (solver.has_just_moved(at)) move_by_means(direct, record.tree);

@@ -197,6 +197,9 @@ class Step {
     if (has_joints())
       device_.parallel_groups(joint_groups(), LayOutConstraints<JointsToLayOut>{joints, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
+    if (has_mechanisms())
+      device_.parallel_for(constraints(),
+                           ListLinkContacts{bodies_, contacts_, constraints_, mechanisms_, counters_, settings_.dt});
     if (has_mechanisms()) device_.parallel_for(links(), CheckLinks{bodies_, joints_, mechanisms_, counters_});
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h, settings_.dt});
     if (has_mechanisms()) device_.parallel_for(links(), PrepareMechanisms{bodies_, joints_, mechanisms_, counters_});
@@ -246,16 +249,17 @@ class Step {
                               std::max(body_capacity_, team::size * mechanisms_.capacity),
                               Directly{solver.with_splitting(), joints_, mechanisms_});
     }
-    device_.parallel_for(constraints(), StoreImpulses{bodies_,
-                                                      contacts_,
-                                                      joints_,
-                                                      constraints_,
-                                                      counters_,
-                                                      settings_.restitution_threshold,
-                                                      settings_.dt,
-                                                      overlap_kept(settings_.dt),
-                                                      settings_.solve.soft && !settings_.published.cells,
-                                                      {bodies_, constraints_, counters_, p.stiffness, settings_.dt}});
+    device_.parallel_for(constraints(),
+                         StoreImpulses{bodies_,
+                                       contacts_,
+                                       joints_,
+                                       constraints_,
+                                       counters_,
+                                       settings_.restitution_threshold,
+                                       settings_.dt,
+                                       overlap_kept(settings_.dt),
+                                       settings_.solve.soft && !settings_.published.cells,
+                                       {bodies_, constraints_, mechanisms_, counters_, p.stiffness, settings_.dt}});
     if (has_mechanisms()) {
       device_.parallel_for(links(), StoreMechanisms{bodies_, joints_, mechanisms_, counters_});
       device_.parallel_for({&counters_->mechanisms, mechanisms_.capacity}, ClearMechanisms{mechanisms_});

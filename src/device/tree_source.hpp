@@ -36,6 +36,7 @@ class TreeSource {
   bool is_generic(std::uint32_t slot) const { return joints_[slot].def.type != JointType::ball; }
   bool is_driven(std::uint32_t slot) const { return is_generic(slot) && generic_[slot].is_driven(); }
   bool is_stiff(std::uint32_t slot) const { return is_generic(slot) && generic_[slot].is_stiff(); }
+  bool is_weld(std::uint32_t slot) const { return is_generic(slot) && generic_[slot].is_weld(); }
   bool is_obstacle(std::uint32_t body) const { return bodies_[body].motion != MotionType::dynamic; }
   float inverse_mass(std::uint32_t body) const { return bodies_[body].inverse_mass; }
   bool may_collide(std::uint32_t body) const { return fathom::may_collide(bodies_[body]); }

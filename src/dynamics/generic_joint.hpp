@@ -73,6 +73,12 @@ struct GenericJoint : GenericJointDefinition<float> {
       if (!(axis.locked > 0 || axis.most > 0)) return false;
     return distance == 0;
   }
+  /// Whether the bodies move as one.
+  bool is_weld() const {
+    for (const GenericAxis<float>& axis : axes)
+      if (!(axis.locked > 0)) return false;
+    return distance == 0;
+  }
   /// Whether some axis has a drive or an armature.
   bool is_driven() const {
     for (const GenericAxis<float>& axis : axes)

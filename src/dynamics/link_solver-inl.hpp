@@ -326,6 +326,117 @@ struct LinkSolver {
     s.motion.angular = select(counts, s.motion.angular + s.step.angular, s.motion.angular);
   }
 
+  // --- contacts ----------------------------------------------------------------------------------------------------
+
+  /// Sweeps over the contacts of one link after the other, children after their parents; `sweep_link(i)` sweeps over
+  /// those of link i, at its velocity after all impulses so far, which is `motion` plus `step`. A child follows its
+  /// parent's change as the sweep goes down, and a parent responds to what its child hands on as it comes up. Leaves
+  /// the sums of the impulses as loads. `leads(i)`: the link, or one below it, has contacts; `root` does.
+  template <class Leads, class SweepLink>
+  FATHOM_LANE_FUNCTION void sweep_along_tree(std::uint32_t root, std::uint32_t end, const Leads& leads,
+                                             const SweepLink& sweep_link) const {
+    std::uint32_t i = root;
+    begin_branch(i);
+    sweep_link(i);
+    for (std::uint32_t next = links[i].first_child;;) {
+      while (next < links[i].end_of_children() && !leads(next)) ++next;
+      if (next < links[i].end_of_children()) {
+        i = next;
+        begin_branch(i);
+        sweep_link(i);
+        next = links[i].first_child;
+      } else if (i != root) {
+        end_branch(i);
+        next = i + 1;
+        i = links[i].parent;
+      } else {
+        break;
+      }
+    }
+    for (i = root; i < end; ++i)
+      if (leads(i)) state(i).load = access.pushes(i).load;
+  }
+  /// The link follows its parent's change.
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void begin_branch(std::uint32_t i) const {
+    LinkState& s = state(i);
+    access.pushes(i).load = s.load = {};
+    s.step = {};
+    if (links[i].parent == none) return;
+    TreeLoad nothing;
+    hand_on_load(i, {}, nothing);
+    s.step = follow_load(i, nothing, state(links[i].parent).step);
+  }
+  /// Its parent responds to what the contacts of the link, and of all that hangs on it, hand on.
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void end_branch(std::uint32_t i) const {
+    TreeLoad at_joint;
+    push(links[i].parent, hand_on_load(i, state(i).load, at_joint));
+  }
+  /// Contacts of the link give it an impulse and a moment in the axes of its spin.
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void push_by_contacts(std::uint32_t i, Vec3 impulse, Vec3 moment) const {
+    TreeLoad& own = access.pushes(i).load;
+    own = {impulse, turned_by(state(i).spin, moment)};
+    push(i, own);
+  }
+  /// Adds a load about the link's centre, and the link's response.
+  FATHOM_LANE_FUNCTION void push(std::uint32_t i, const TreeLoad& load) const {
+    LinkState& s = state(i);
+    s.load.impulse += load.impulse, s.load.moment += load.moment;
+    const TreeChange change = response_to(i, load);
+    s.step.linear += change.linear, s.step.angular += change.angular;
+  }
+  FATHOM_LANE_FUNCTION TreeChange response_to(std::uint32_t i, const TreeLoad& load) const {
+    const LinkPushes& p = access.pushes(i);
+    const UnitQuat<Real>& spin = state(i).spin;
+    const Vec3 f = load.impulse, m = turned_back_by(spin, load.moment);
+    const auto sum = [&](auto part) FATHOM_LANE_LAMBDA {
+      Vec3 v = f.x * part(p.by_impulse[0]);
+      v = mul_add(mul_add(v, f.y, part(p.by_impulse[1])), f.z, part(p.by_impulse[2]));
+      v = mul_add(mul_add(v, m.x, part(p.by_moment[0])), m.y, part(p.by_moment[1]));
+      return mul_add(v, m.z, part(p.by_moment[2]));
+    };
+    return {sum([](const TreeChange& c) FATHOM_LANE_LAMBDA { return c.linear; }),
+            turned_by(spin, sum([](const TreeChange& c) FATHOM_LANE_LAMBDA { return c.angular; }))};
+  }
+  /// The response of the link's body to each unit impulse and moment, from that of its parent.
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void find_response(std::uint32_t i) const {
+    const UnitQuat<Real>& spin = state(i).spin;
+    const auto respond = [&](const TreeLoad& load) FATHOM_LANE_LAMBDA {
+      TreeChange change = links[i].joint == none ? root_change(state(i).link, at_anchor(state(i).link, load))
+                                                 : respond_at_joint(i, load);
+      change.angular = turned_back_by(spin, change.angular);
+      return change;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3 unit = unit_vector(axis == 0 ? 1.0f : 0.0f, axis == 1 ? 1.0f : 0.0f, axis == 2 ? 1.0f : 0.0f);
+      access.pushes(i).by_impulse[axis] = respond({unit, {}});
+      access.pushes(i).by_moment[axis] = respond({{}, turned_by(spin, unit)});
+    }
+  }
+  FATHOM_LANE_FUNCTION TreeChange respond_at_joint(std::uint32_t i, const TreeLoad& load) const {
+    TreeLoad at_joint;
+    const TreeLoad handed = hand_on_load(i, load, at_joint);
+    return follow_load(i, at_joint, links[i].parent != none ? response_to(links[i].parent, handed) : TreeChange{});
+  }
+  /// What the parent gets, about its centre, of a load about the link's centre; `at_joint`: that load at the joint.
+  FATHOM_LANE_FUNCTION TreeLoad hand_on_load(std::uint32_t i, const TreeLoad& load, TreeLoad& at_joint) const {
+    const LinkState& s = state(i);
+    TreeLoad handed;
+    if (has_generic(i)) {
+      at_joint = {load.impulse, load.moment - cross(s.arm, load.impulse)};
+      handed = generic(i).hand_on(at_joint, false);
+    } else {
+      at_joint = at_anchor(s.link, load);
+      handed = {handed_on(s.link, at_joint, {}), {}};
+    }
+    return {handed.impulse, handed.moment + cross(s.parent_arm, handed.impulse)};
+  }
+  /// The link's change under a load at its joint, which for a generic joint is the last one handed on.
+  FATHOM_LANE_FUNCTION TreeChange follow_load(std::uint32_t i, const TreeLoad& at_joint,
+                                              const TreeChange& parent) const {
+    if (has_generic(i)) return generic(i).follow(parent, false, is_set(Flag{}));
+    return follow(state(i).link, at_joint, parent.linear + cross(parent.angular, state(i).parent_arm));
+  }
+
   // --- what rounds aim at, and have found ------------------------------------------------------------------------
 
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION void aim_ahead(std::uint32_t i, Real h) const {

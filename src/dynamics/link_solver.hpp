@@ -10,7 +10,9 @@
 namespace fathom {
 
 #define FATHOM_LANE_FUNCTION FATHOM_HD
+#define FATHOM_LANE_LAMBDA
 #include "dynamics/link_solver-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
+#undef FATHOM_LANE_LAMBDA
 
 }  // namespace fathom

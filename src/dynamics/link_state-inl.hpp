@@ -23,3 +23,11 @@ struct LinkState {
   TreeChange step, change;  ///< of a round, and of all rounds
   Vec3 impulse;             ///< N·s, of all rounds
 };
+
+/// What a link needs while its mechanism sweeps over contacts (dynamics/link_contact.hpp).
+struct LinkPushes {
+  /// Change of the body's velocity per impulse, and per moment, along the axes of the spin, in which its angular part
+  /// is, too.
+  TreeChange by_impulse[3], by_moment[3];
+  TreeLoad load;  ///< of the link's own contacts
+};

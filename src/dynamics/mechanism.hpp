@@ -12,6 +12,7 @@
 
 #include <cstdint>
 
+#include "dynamics/link_contact.hpp"
 #include "dynamics/link_solver.hpp"
 #include "dynamics/loop_closure.hpp"
 #include "math/team.hpp"
@@ -25,6 +26,10 @@ namespace fathom {
 ///     swing(link): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic_joint(j), generic_impulse(j)
 ///     store(j, last, total);  store(j, GenericImpulse)
+///     leads_to_contact(i): the link, or one below it, has contacts that the mechanism solves;  has_contacts(i)
+///     pushes(i): LinkPushes&;  sweep_contacts<pass>(i, link): Wrench (`sweep_link_contact`)
+///     begin_contacts(mechanism), end_contacts(mechanism, ends_substep): before and after their impulses change
+///     move_obstacles(mechanism, h): of those contacts
 template <class Access>
 class MechanismSolver : public LinkSolver<Access> {
  public:
@@ -59,6 +64,7 @@ class MechanismSolver : public LinkSolver<Access> {
   /// After positions have moved.
   FATHOM_HD void relax(const Mechanism& m, float h) const {
     each(m, [&](std::uint32_t i) { this->move_obstacle(state(i).obstacle, h); });
+    if (team::is_leader()) access.move_obstacles(links[m.first].mechanism, h);
     solve<false>(m, h);
   }
   FATHOM_HD void store(const Mechanism& m) const {
@@ -104,9 +110,12 @@ class MechanismSolver : public LinkSolver<Access> {
       start_anew(m, h);
       follows = solve_with_limits<soft>(m, h, false);
     }
-    if (all(m, [&](std::uint32_t i) { return this->is_sound(i, h); }))
+    const bool has_contacts = access.leads_to_contact(m.first);
+    if (has_contacts) sweep_contacts<soft>(m);
+    if (all(m, [&](std::uint32_t i) { return this->is_sound(i, h); })) {
       apply_all<soft>(m, h, follows);
-    else if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
+      if (has_contacts && team::is_leader()) access.end_contacts(links[m.first].mechanism, !soft);
+    } else if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
       forget(m);
     else if (soft)
       start_anew(m, h);
@@ -365,6 +374,40 @@ class MechanismSolver : public LinkSolver<Access> {
       for (std::uint32_t k = 0; k < m.closures; ++k) load_closure(m, k, closure.load(k));
     team::sync();
     substitute<LinkPass::closing>(m);
+  }
+
+  // --- contacts ----------------------------------------------------------------------------------------------------
+
+  /// Sweeps over the contacts together with all joints, which keep the limits and drives that they have found.
+  template <bool soft>
+  FATHOM_HD void sweep_contacts(const Mechanism& m) const {
+    const auto leads = [&](std::uint32_t i) { return access.leads_to_contact(i); };
+    if (team::is_leader()) access.begin_contacts(links[m.first].mechanism);
+    from_root(m, [&](std::uint32_t i) {
+      if (leads(i)) this->find_response(i);
+    });
+    for (int round = 0; round < link_contact_rounds; ++round) {
+      if (team::is_leader())
+        this->sweep_along_tree(m.first, m.end, leads, [&](std::uint32_t i) { sweep_contacts_of<soft>(i); });
+      team::sync();
+      substitute<LinkPass::closing>(m);
+      if (m.closures > 0) close_loops(m);
+    }
+  }
+  template <bool soft>
+  FATHOM_HD void sweep_contacts_of(std::uint32_t i) const {
+    if (!access.has_contacts(i)) return;
+    const LinkState& s = state(i);
+    const auto body = access.body(i, links[i]);
+    ContactBody<LinkResponse> link{s.motion.linear + s.step.linear,
+                                   turned_back_by(s.spin, s.motion.angular + s.step.angular),
+                                   1,
+                                   link_response(access.pushes(i)),
+                                   body.moved,
+                                   body.turned};
+    constexpr ContactPass pass = soft ? ContactPass::soft : ContactPass::relax;
+    const Wrench sum = access.template sweep_contacts<pass>(i, link);
+    this->push_by_contacts(i, sum.force, sum.torque);
   }
 
   template <bool soft>

@@ -27,6 +27,7 @@ struct MechanismLink {
   std::uint32_t original = none;   ///< for a copy: the link it copies
   std::uint32_t next_copy = none;  ///< a link
   std::uint32_t copies = 0;        ///< number of copies of the link
+  std::uint32_t is_welded = 0;     ///< 1: a joint without any freedom connects the body to another one of the mechanism
 
   /// Minimum inertia of the body where it touches something, as a factor on its own: contacts do not know what moves
   /// with it.

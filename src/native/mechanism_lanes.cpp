@@ -29,6 +29,7 @@ struct PlacedBodies {
 };
 
 #define FATHOM_LANE_FUNCTION inline
+#define FATHOM_LANE_LAMBDA
 #include "dynamics/joint_tree-inl.hpp"
 // Its dependencies are included above.
 #include "dynamics/joint_elimination-inl.hpp"
@@ -45,6 +46,7 @@ struct BallImpulse {
 // Its dependencies are included above.
 #include "dynamics/link_solver-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
+#undef FATHOM_LANE_LAMBDA
 
 }  // namespace fathom::wide
 
@@ -106,6 +108,7 @@ struct LanesOf {
 };
 using States = LanesOf<wide::LinkState, LinkState>;
 using Joints = LanesOf<wide::JointLink, JointLink>;
+using Pushes = LanesOf<wide::LinkPushes, LinkPushes>;
 using Impulses = LanesOf<wide::GenericImpulseOf<Real>, GenericImpulse>;
 using Definitions = LanesOf<wide::GenericJointDefinition<Real>, GenericJointDefinition<float>>;
 using BallImpulses = LanesOf<wide::BallImpulse, JointImpulse>;
@@ -113,13 +116,15 @@ using BallImpulses = LanesOf<wide::BallImpulse, JointImpulse>;
 /// A batch's memory.
 struct BatchMemory {
   wide::LinkState* states;
+  wide::LinkPushes* pushes;
   wide::JointLink* generic;
   wide::LinkLimits* limits;  // of generic joints, as of the start of a solution
   EightInts* slots;          // of links' bodies
 
   BatchMemory(void* memory, std::uint32_t links, std::uint32_t joints)
       : states(static_cast<wide::LinkState*>(memory)),
-        generic(reinterpret_cast<wide::JointLink*>(states + links)),
+        pushes(reinterpret_cast<wide::LinkPushes*>(states + links)),
+        generic(reinterpret_cast<wide::JointLink*>(pushes + links)),
         limits(reinterpret_cast<wide::LinkLimits*>(generic + joints)),
         slots(reinterpret_cast<EightInts*>(limits + joints)) {}
 };
@@ -156,6 +161,7 @@ struct LaneAccess {
 
   wide::LinkState& state(std::uint32_t i) const { return memory.states[i - first_link]; }
   wide::JointLink& generic(std::uint32_t number) const { return memory.generic[number - first_joint]; }
+  wide::LinkPushes& pushes(std::uint32_t i) const { return memory.pushes[i - first_link]; }
   Body body(std::uint32_t i, const MechanismLink&) const { return body_at(memory.slots[i - first_link]); }
   Body body_at(EightInts slots) const {
     Eight lower[8], upper[8];
@@ -228,9 +234,10 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
   void eliminate_all() const {
     for (std::uint32_t i = m.end; i-- > m.first;) eliminate(i);
   }
+  template <wide::LinkPass pass = wide::LinkPass::aimed>
   void substitute(Mask counts) const {
-    for (std::uint32_t i = m.end; i-- > m.first;) hand_on<wide::LinkPass::aimed>(i);
-    each([&](std::uint32_t i) { follow_parent<wide::LinkPass::aimed>(i, counts); });
+    for (std::uint32_t i = m.end; i-- > m.first;) hand_on<pass>(i);
+    each([&](std::uint32_t i) { follow_parent<pass>(i, counts); });
   }
   void look_all_ahead() const {
     each([&](std::uint32_t i) { look_ahead(i, h); });
@@ -481,6 +488,72 @@ void MechanismLanes::bring_back(LaneBits lanes) const {
   });
 }
 
+LaneBits MechanismLanes::loaded() const {
+  LaneBits lanes = 0;
+  for (std::uint32_t lane = 0; lane < batch_.numbers.size(); ++lane)
+    if (world_.contacts.has(batch_.numbers[lane])) lanes |= 1u << lane;
+  return lanes;
+}
+
+/// Like MechanismSolver's; the others of the batch's lanes get nothing.
+template <bool soft>
+void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) const {
+  constexpr ContactPass pass = soft ? ContactPass::soft : ContactPass::relax;
+  LinkContacts& contacts = world_.contacts;
+  const LaneSolver solver = work.solver(*this, h);
+  const auto number = [&](std::uint32_t lane, std::uint32_t i) {
+    return mechanism(lane).first + (i - work.first.first);
+  };
+  const auto each_of = [lanes](const auto& act) {
+    for (LaneBits left = lanes; left != 0; left &= left - 1) act(static_cast<std::uint32_t>(lowest_bit(left)));
+  };
+  const auto leads = [&](std::uint32_t i) {
+    bool does = false;
+    each_of([&](std::uint32_t lane) { does = does || contacts.leads(number(lane, i)); });
+    return does;
+  };
+  EightInts counts{};
+  each_of([&](std::uint32_t lane) {
+    counts[lane] = -1;
+    contacts.load_impulses(batch_.numbers[lane]);
+  });
+  const auto sweep_link = [&](std::uint32_t i) {
+    const wide::LinkState& s = solver.state(i);
+    const auto body = solver.access.body(i, world_.links[i]);
+    const wide::Vec3 linear = s.motion.linear + s.step.linear;
+    const wide::Vec3 angular = turned_back_by(s.spin, s.motion.angular + s.step.angular);
+    wide::Vec3 force, torque;
+    const auto of = [](const wide::Vec3& v, std::uint32_t lane) { return Vec3{v.x[lane], v.y[lane], v.z[lane]}; };
+    const auto put = [](Vec3 from, std::uint32_t lane, wide::Vec3& v) {
+      v.x[lane] = from.x, v.y[lane] = from.y, v.z[lane] = from.z;
+    };
+    bool any = false;
+    each_of([&](std::uint32_t lane) {
+      if (!contacts.has_link(number(lane, i))) return;
+      LinkPushes pushes;
+      Pushes::take_out(solver.access.pushes(i), lane, pushes);
+      ContactBody<LinkResponse> link{of(linear, lane),      of(angular, lane),    1,
+                                     link_response(pushes), of(body.moved, lane), of(body.turned, lane)};
+      const Wrench sum = contacts.sweep<pass>(number(lane, i), link);
+      put(sum.force, lane, force), put(sum.torque, lane, torque);
+      any = true;
+    });
+    if (any) solver.push_by_contacts(i, force, torque);
+  };
+  solver.each([&](std::uint32_t i) {
+    if (leads(i)) solver.find_response(i);
+  });
+  for (int round = 0; round < link_contact_rounds; ++round) {
+    solver.sweep_along_tree(work.first.first, work.first.end, leads, sweep_link);
+    solver.substitute<wide::LinkPass::closing>(counts);
+  }
+}
+
+void MechanismLanes::store_impulses(LaneBits lanes, bool ends_substep) const {
+  for (; lanes != 0; lanes &= lanes - 1)
+    world_.contacts.store_impulses(batch_.numbers[static_cast<std::size_t>(lowest_bit(lanes))], ends_substep);
+}
+
 LaneBits MechanismLanes::warm_start(float h) const {
   const Work work(*this);
   LaneSolver solver = work.solver(*this, h);
@@ -499,6 +572,8 @@ LaneBits MechanismLanes::pull_together(float h) const {
   const Mask slow = solver.all([&](std::uint32_t i) { return solver.turns_slowly(i, solver.h); });
   Mask good = solver.solve_with_limits(slow);
   good = good & solver.all([&](std::uint32_t i) { return solver.does_meet(i, solver.h); });
+  const LaneBits with_contacts = loaded() & bits(good);
+  if (with_contacts != 0) sweep_contacts<true>(work, with_contacts, h);
   good = good & solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); });
   const LaneBits done = bits(good) & work.in_use, others = work.in_use & ~done;
   const auto exchange_limits = [&] {
@@ -511,6 +586,7 @@ LaneBits MechanismLanes::pull_together(float h) const {
   }
   solver.access.counts = done;
   solver.each([&](std::uint32_t i) { solver.apply<true>(i, solver.h, true); });
+  store_impulses(with_contacts & done, false);
   return others;
 }
 
@@ -518,19 +594,23 @@ LaneBits MechanismLanes::relax(float h) const {
   const Work work(*this);
   LaneSolver solver = work.solver(*this, h);
   solver.each([&](std::uint32_t i) { solver.move_obstacle(solver.state(i).obstacle, solver.h); });
+  for (const std::uint32_t number : batch_.numbers) world_.contacts.move_obstacles(number, h);
   solver.turn_all(true);
   solver.eliminate_all();
   solver.each([&](std::uint32_t i) { solver.aim_at_rest(i, 0, solver.h); });
   solver.substitute(wide::all_set);
+  const LaneBits with_contacts = loaded();
+  if (with_contacts != 0) sweep_contacts<false>(work, with_contacts, h);
   const LaneBits done = bits(solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); })) & work.in_use;
   take_out(work.in_use & ~done);
   solver.access.counts = done;
   solver.each([&](std::uint32_t i) { solver.apply<false>(i, solver.h, true); });
+  store_impulses(with_contacts & done, true);
   return work.in_use & ~done;
 }
 
 std::size_t batch_bytes(std::uint32_t links, std::uint32_t generic) {
-  return links * (sizeof(wide::LinkState) + sizeof(EightInts)) +
+  return links * (sizeof(wide::LinkState) + sizeof(wide::LinkPushes) + sizeof(EightInts)) +
          generic * (sizeof(wide::JointLink) + sizeof(wide::LinkLimits));
 }
 

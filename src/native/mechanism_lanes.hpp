@@ -14,6 +14,7 @@
 #include "dynamics/solver_body.hpp"
 #include "dynamics/speed_limits.hpp"
 #include "native/body_state.hpp"
+#include "native/link_contacts.hpp"
 #include "native/solver_kernels.hpp"
 
 namespace fathom::native {
@@ -41,6 +42,7 @@ class MechanismLanes {
     const BodyTable& bodies;
     BodyState& state;
     Constrained constrained;
+    LinkContacts& contacts;
     float push_out;  ///< m/s
     SpeedLimits limits;
   };
@@ -62,6 +64,11 @@ class MechanismLanes {
  private:
   struct Work;
   struct Start;
+  /// Lanes whose mechanisms solve contacts.
+  LaneBits loaded() const;
+  template <bool soft>
+  void sweep_contacts(const Work& work, LaneBits lanes, float h) const;
+  void store_impulses(LaneBits lanes, bool ends_substep) const;
   template <class Act>
   void each_lane(LaneBits lanes, const Act& act) const;
   const Mechanism& mechanism(std::uint32_t lane) const { return world_.mechanisms[batch_.numbers[lane]]; }

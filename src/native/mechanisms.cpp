@@ -30,6 +30,8 @@ struct Mechanisms::Access {
   SolverBody* solver_bodies;
   LinkState* states;
   JointLink* joint_links;
+  LinkContacts& link_contacts;
+  LinkPushes* by_link;
 
   LinkState& state(std::uint32_t i) const { return states[i]; }
   JointLink& generic(std::uint32_t number) const { return joint_links[number]; }
@@ -62,6 +64,18 @@ struct Mechanisms::Access {
   void store(std::uint32_t j, const GenericImpulse& impulse) const {
     graph.constrained().generic_impulses[j] = impulse;
   }
+  bool leads_to_contact(std::uint32_t i) const { return link_contacts.leads(i); }
+  LinkPushes& pushes(std::uint32_t i) const { return by_link[i]; }
+  void move_obstacles(std::uint32_t mechanism, float h) const { link_contacts.move_obstacles(mechanism, h); }
+  void begin_contacts(std::uint32_t mechanism) const { link_contacts.load_impulses(mechanism); }
+  void end_contacts(std::uint32_t mechanism, bool ends_substep) const {
+    link_contacts.store_impulses(mechanism, ends_substep);
+  }
+  bool has_contacts(std::uint32_t i) const { return link_contacts.has_link(i); }
+  template <ContactPass pass>
+  Wrench sweep_contacts(std::uint32_t i, ContactBody<LinkResponse>& link) const {
+    return link_contacts.sweep<pass>(i, link);
+  }
   float push_out_velocity() const { return def.solver.push_out_velocity; }
   SpeedLimits limits(float h) const { return speed_limits(def.solver.max_linear_speed, h); }
 };
@@ -83,6 +97,7 @@ struct Mechanisms::Source {
   bool is_generic(std::uint32_t slot) const { return m.graph_.joint(slot).kind == ConstraintKind::generic_joint; }
   bool is_driven(std::uint32_t slot) const { return m.graph_.is_driven(slot); }
   bool is_stiff(std::uint32_t slot) const { return is_generic(slot) && m.graph_.generic_joint(slot).is_stiff(); }
+  bool is_weld(std::uint32_t slot) const { return is_generic(slot) && m.graph_.generic_joint(slot).is_weld(); }
   bool is_obstacle(std::uint32_t slot) const {
     return m.bodies_[slot].motion != MotionType::dynamic || m.state_.flags[slot] & isolated;
   }
@@ -92,16 +107,18 @@ struct Mechanisms::Source {
 };
 
 MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
-  return {{def_, bodies_, state_, graph_, state_.solver_bodies(), states_.data(), generic_.data()},
+  return {{def_, bodies_, state_, graph_, state_.solver_bodies(), states_.data(), generic_.data(), contacts_,
+           pushes_.data()},
           trees_.links().data(),
           trees_.levels().data(),
           closures_.data()};
 }
 
 MechanismLanes Mechanisms::lanes(const MechanismBatch& batch, float h) {
-  return {{trees_.mechanisms().data(), trees_.links().data(), states_.data(), generic_.data(), bodies_, state_,
-           graph_.constrained(), def_.solver.push_out_velocity, speed_limits(def_.solver.max_linear_speed, h)},
-          batch};
+  return {
+      {trees_.mechanisms().data(), trees_.links().data(), states_.data(), generic_.data(), bodies_, state_,
+       graph_.constrained(), contacts_, def_.solver.push_out_velocity, speed_limits(def_.solver.max_linear_speed, h)},
+      batch};
 }
 
 template <class Act>
@@ -113,8 +130,9 @@ void Mechanisms::do_alone(const MechanismLanes& lanes, const MechanismBatch& bat
   lanes.bring_back(which);
 }
 
-void Mechanisms::prepare(std::uint32_t number) {
+void Mechanisms::prepare(std::uint32_t number, const BlockArray& blocks, float h) {
   const MechanismBatch& batch = batches_[number];
+  for (const std::uint32_t mechanism : batch.numbers) contacts_.read(mechanism, blocks, h);
   if (batch.memory) return lanes(batch).prepare();
   each(batch, [this](const Mechanism& m) { solver().prepare(m); });
 }
@@ -188,9 +206,17 @@ void Mechanisms::update(const ConstraintLayout& layout, bool has_moved, std::siz
     joint_definitions_ = graph_.joint_definitions();
     find();
   } else if (!has_moved) {
+    if (!contacts_.empty()) contacts_.choose(trees_.links());
     return;
   }
+  divide(layout, threads);
+}
+
+void Mechanisms::divide(const ConstraintLayout& layout, std::size_t threads) {
   form_batches(layout, threads);
+  if (empty() && contacts_.empty()) return;
+  contacts_.list(layout, trees_.links(), trees_.mechanisms().size());
+  contacts_.choose(trees_.links());
 }
 
 bool Mechanisms::is_stale() const {
@@ -205,6 +231,7 @@ void Mechanisms::find() {
   order_.resize(trees_.mechanisms().size());
   for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
   states_.resize(trees_.links().size());
+  pushes_.resize(trees_.links().size());
   torn_.assign(trees_.links().size(), 1);
   generic_.resize(trees_.generic());
   closures_.resize(trees_.closure_floats());
@@ -330,13 +357,11 @@ void Mechanisms::give_memory() {
 }
 
 std::size_t Mechanisms::memory_bytes() const {
-  return trees_.memory_bytes() + states_.capacity() * sizeof(LinkState) + generic_.capacity() * sizeof(JointLink) +
-         closures_.capacity() * sizeof(float) + joints_.capacity() * sizeof(Joints) +
-         leaning_.capacity() * sizeof(Leaning) + torn_.capacity() * sizeof(float) +
-         batches_.capacity() * sizeof(MechanismBatch) + batch_memory_.capacity() * sizeof(Line) +
-         (order_.capacity() + first_of_group_.capacity() + batch_numbers_.capacity() + shapes_.capacity() +
-          group_of_.capacity()) *
-             sizeof(std::uint32_t);
+  if (states_.capacity() == 0 && joints_.capacity() == 0) return trees_.memory_bytes();  // steps ask for it
+  const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
+  return trees_.memory_bytes() + contacts_.memory_bytes() +
+         bytes_of(states_, pushes_, generic_, closures_, joints_, leaning_, torn_, batches_, batch_memory_, order_,
+                  first_of_group_, batch_numbers_, shapes_, group_of_);
 }
 
 }  // namespace fathom::native

@@ -11,6 +11,7 @@
 #include "native/body_state.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/contact_graph.hpp"
+#include "native/link_contacts.hpp"
 #include "native/mechanism_lanes.hpp"
 #include "world/joint_trees.hpp"
 
@@ -19,7 +20,7 @@ namespace fathom::native {
 class Mechanisms {
  public:
   Mechanisms(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph)
-      : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
+      : def_(def), bodies_(bodies), state_(state), graph_(graph), contacts_(def, bodies, state, graph) {}
 
   /// Follows coloured joints and the layout's groups. `has_moved`: the layout is new. Without groups, the mechanisms
   /// are divided among `threads`.
@@ -28,7 +29,7 @@ class Mechanisms {
   void find_again(const ConstraintLayout& layout, std::size_t threads) {
     if (!def_.solver.direct_joints) return;
     find();
-    form_batches(layout, threads);
+    divide(layout, threads);
   }
 
   bool empty() const { return trees_.mechanisms().empty(); }
@@ -48,18 +49,20 @@ class Mechanisms {
   /// Notes the inertia that torn joints of bodies with contacts require (dynamics/torn_joint.hpp).
   void note_torn(std::uint32_t batch);
 
+  const LinkContacts& contacts() const { return contacts_; }
+
   /// Calls act(slot, inertia) for bodies that need more than their own inertia, as a multiple of it: those with
-  /// contacts
-  /// (`MechanismLink::min_inertia`), and those at torn joints.
+  /// contacts that the mechanism does not solve (`MechanismLink::min_inertia`), and those at torn joints.
   template <class Act>
   void for_each_inertia(const Act& act) const {
-    for (const Leaning& l : leaning_) act(l.slot, l.inertia);
+    for (const Leaning& l : leaning_)
+      if (!contacts_.is_loaded(l.slot)) act(l.slot, l.inertia);
     for (std::size_t i = 0; i < torn_.size(); ++i)
       if (torn_[i] > 1) act(trees_.links()[i].body, torn_[i]);
   }
 
   /// Like those of MechanismSolver.
-  void prepare(std::uint32_t batch);
+  void prepare(std::uint32_t batch, const BlockArray& blocks, float h);
   void warm_start(std::uint32_t batch, float h, bool forgets);
   void pull_together(std::uint32_t batch, float h);
   void relax(std::uint32_t batch, float h);
@@ -94,6 +97,7 @@ class Mechanisms {
   bool accepts(std::span<const MechanismLink> tree) const;
   void find_shapes();
   std::vector<std::uint32_t> shape_of(const Mechanism& mechanism) const;
+  void divide(const ConstraintLayout& layout, std::size_t threads);
   void form_batches(const ConstraintLayout& layout, std::size_t threads);
   void give_memory();
   MechanismSolver<Access> solver();
@@ -130,7 +134,9 @@ class Mechanisms {
   std::vector<std::uint32_t> group_of_;
   std::vector<Joints> joints_;  // by slot of a body: its coloured joints
   std::vector<Leaning> leaning_;
-  std::vector<float> torn_;  // by link: the inertia that torn joints require
+  LinkContacts contacts_;
+  std::vector<LinkPushes> pushes_;  // by link
+  std::vector<float> torn_;         // by link: the inertia that torn joints require
 };
 
 }  // namespace fathom::native

@@ -466,6 +466,7 @@ LoadWatch ContactSolver::load_watch() {
   watch.stiffness = supports_.stiffness();
   watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies(),
   watch.before = state_.velocities.data(), watch.heaviest = supports_.heaviest();
+  watch.link_contacts = &mechanisms_.contacts();
   watch.unit = length(def_.gravity) * def_.dt;
   watch.dt = def_.dt;
   // With inertia added by loads, rows do not reflect true masses.
@@ -699,7 +700,7 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.couplings_follow = couplings_follow();
   const BodyIntegration integrate = integration(h);
   work.structures([&](std::uint32_t structure) { supports_.prepare(structure, wide_, wide_blocks_, h); });
-  work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.prepare(mechanism); });
+  work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.prepare(mechanism, wide_blocks_, h); });
   for (int substep = 0; substep < settings.substeps; ++substep) {
     begin_substep(work, integrate, soft, substep == 0 || !def_.solver.warm_start);
     if constexpr (fails) fail(work, SolverStage::velocities, substep);

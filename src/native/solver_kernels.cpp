@@ -25,6 +25,7 @@
 #include "native/couplings-inl.hpp"
 #include "native/generic_joints-inl.hpp"
 #include "native/lane_bodies-inl.hpp"
+#include "native/link_contacts.hpp"
 #include "native/prefetch.hpp"
 #include "native/prepare-inl.hpp"
 
@@ -457,6 +458,7 @@ float LoadWatch::next_lift(float lift, std::uint32_t a, std::uint32_t b, float d
 
 void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const {
   const float inverse_a = inverse_mass(a), inverse_b = inverse_mass(b), sum = inverse_a + inverse_b;
+  if (!(inverse_a > 0) && link_contacts->is_loaded(b)) return;
   const float thinner = thinner_half(a, b);
   const float stiffer = inverse_a > 0 && inverse_b > 0 ? stiffness : fixed_stiffness_ratio * stiffness;
   if (!(impulse * sum > sweep_load(thinner, stiffer) * unit) || is_moving(a, b, slide, loaded_speed)) return;

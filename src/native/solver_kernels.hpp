@@ -51,6 +51,7 @@ struct BodiesView {
 };
 
 /// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
+class LinkContacts;
 struct LoadWatch {
   Overloads* overloads = nullptr;  ///< null: loads are not watched
   const BodyTable* table = nullptr;
@@ -61,6 +62,7 @@ struct LoadWatch {
   float unit = 0;                    ///< m/s, for a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
   float dt = 0;                      ///< s
+  const LinkContacts* link_contacts = nullptr;  ///< mechanisms solve these, whose loads add no inertia
 
   /// Notes the load of a contact that gave `impulse` (N·s) along its normal over the step; `slide` is its surfaces'
   /// contribution to the sliding velocity (m/s).

@@ -21,8 +21,8 @@ constexpr std::array<Golden, 8> golden_runs{{
     {"layers", 500, 300, soft, tree, {0x5ceb7e3d8383050b, 0xf9671e917bca8aa9}, {0x96fd4cd645079eea, 0x1d0c8a8ee1087d39}},
     {"spread", 400, 240, soft, tree, {0x33300bb7781e4636, 0xc1c095d2eaf3b09a}, {0x9a2abd8fd3cec393, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0xde5ec6d0d152be2d, 0x18b2f79c339abe39}, {0xb9b87265cfc72c5f, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0xdf39b95952bf72ec, 0xef975e913ba07489}, {0xb47a70932fe05979, 0x8f5d4ddb2aad886f}},
-    {"stream", 200, 240, soft, tree, {0x6ce46a35c45263a7, 0x4c0b1537cdcc1d42}, {0x7356e066e9ddbcb9, 0x309b1aa829049033}},
+    {"columns", 60, 300, soft, tree, {0x775d025e3e1331f1, 0x8f70344ee02c5b0f}, {0x6cd4678d77edf377, 0x5227541b0461270b}},
+    {"stream", 200, 240, soft, tree, {0x8f83c66d5cbfee9a, 0x2bd6c3c694470ca0}, {0x40b1bbc4d5adcc91, 0x684db3d1a5b3fa79}},
     {"layers", 500, 300, soft, sweep, {0x5ceb7e3d8383050b, 0xe8e9ac8770b73fc1}, {0x96fd4cd645079eea, 0x1d0c8a8ee1087d39}},
     {"layers", 500, 300, impulse, tree, {0x15018860e82da0c1, 0xd1f8fa61c338d851}, {0x114c9997a6b51992, 0x5bb6d772a45230a9}},
 }};

@@ -19,7 +19,8 @@ namespace fathom {
 /// Finds them among the joints and bodies of a `Source`, which numbers both:
 ///
 ///     bodies(), joints(): their number
-///     is_candidate(j): may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j)
+///     is_candidate(j): may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j),
+///     is_weld(j)
 ///     is_obstacle(i): joints cannot push it;  inverse_mass(i);  may_collide(i)
 ///     accepts(links): whether to solve the tree, root first, directly
 class JointTrees {
@@ -210,6 +211,9 @@ class JointTrees {
     const auto is_bound = [&](const MechanismLink& link) {
       return link.parent != none && !link.is_copy() && source.is_stiff(link.joint);
     };
+    for (std::uint32_t i = first; i < links_.size(); ++i)
+      if (links_[i].parent != none && source.is_weld(links_[i].joint))
+        links_[i].is_welded = links_[links_[i].parent].is_welded = 1;
     // Parents come first. Backwards, each link adds its sum to its parent's; forwards, each gets the total.
     for (std::uint32_t i = first; i < links_.size(); ++i)
       links_[i].rigid_mass = links_[i].is_copy() ? 0 : 1 / source.inverse_mass(links_[i].body);
