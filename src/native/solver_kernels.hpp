@@ -50,8 +50,8 @@ struct BodiesView {
   bool may_differ() const { return held || overloads || swings; }
 };
 
-/// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
 class LinkContacts;
+/// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
 struct LoadWatch {
   Overloads* overloads = nullptr;  ///< null: loads are not watched
   const BodyTable* table = nullptr;
