@@ -197,7 +197,7 @@ class Step {
     if (has_joints())
       device_.parallel_groups(joint_groups(), LayOutConstraints<JointsToLayOut>{joints, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
-    if (has_mechanisms() && solves_link_contacts)
+    if (has_mechanisms())
       device_.parallel_for(constraints(),
                            ListLinkContacts{bodies_, contacts_, constraints_, mechanisms_, counters_, settings_.dt});
     if (has_mechanisms()) device_.parallel_for(links(), CheckLinks{bodies_, joints_, mechanisms_, counters_});

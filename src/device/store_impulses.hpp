@@ -35,6 +35,7 @@ struct StoreImpulses {
     const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + (f.z + f.w));
     const bool ok = is_finite(sum);
     FATHOM_VALIDATE(n.x >= 0 && n.y >= 0 && n.z >= 0 && n.w >= 0, constraints.bodies[k].b);
+    FATHOM_VALIDATE(!ok || f.w >= 0, constraints.bodies[k].b);
     m.impulses[0] = ok ? n.x : 0, m.impulses[1] = ok ? n.y : 0;
     m.impulses[2] = ok ? n.z : 0, m.impulses[3] = ok ? n.w : 0;
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;

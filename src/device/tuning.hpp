@@ -49,8 +49,4 @@ inline constexpr std::size_t first_contacts = 1024;
 inline constexpr std::size_t surface_entries_per_pair = 32, surface_touches_per_pair = 12;
 inline constexpr std::uint32_t surface_teams_of_gpu = 2048, surface_teams_of_host = 64;
 
-/// Whether mechanisms solve their contacts with obstacles, as the native simulator's do (dynamics/link_contact.hpp).
-/// Not yet: in random heaps with joints some friction ended beyond its limit (`StoreImpulses`).
-inline constexpr bool solves_link_contacts = false;
-
 }  // namespace fathom::device

@@ -50,6 +50,10 @@ struct LinkContact {
   }
 };
 
+/// A contact's impulse over the step so far, `step` (N·s), after the mechanism has changed the sum of its points from
+/// `before`, which the substep's last sweep has counted, to `now`. Rounding must not leave less than nothing.
+FATHOM_HD float step_impulse_with(float step, float before, float now) { return max(step + (now - before), 0.0f); }
+
 /// What a change of a contact's impulses gives to B, about its centre.
 FATHOM_HD Wrench push_on_b(const ContactAxes& axes, const ContactRows& rows, const ContactImpulses& before) {
   NormalMotion sum{0, 0, 0};

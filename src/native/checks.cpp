@@ -58,6 +58,7 @@ void NativeSimulator::validate_contacts() const {
     for (int p = 0; p < m.point_count(); ++p) FATHOM_VALIDATE(is_finite(m.impulses[p]) && m.impulses[p] >= 0, c.b);
     FATHOM_VALIDATE(is_finite(m.friction_impulse[0]) && is_finite(m.friction_impulse[1]) && is_finite(m.twist_impulse),
                     c.b);
+    FATHOM_VALIDATE(m.step_impulse >= 0, c.b);
     // The `impulse` solver ends with normal rows, whose impulses its friction has not seen. New manifolds drop points'
     // impulses.
     if (def.solver.method != Solver::soft || !was_solved(c)) continue;

@@ -100,7 +100,7 @@ void LinkContacts::store_impulses(std::uint32_t mechanism, bool ends_substep) {
     for (int i = 0; i < r.count; ++i) f[point_field(i, point_impulse)] = r.impulses.normal[i];
     f[friction_impulse_1] = r.impulses.slide_1, f[friction_impulse_2] = r.impulses.slide_2;
     f[twist_impulse] = r.impulses.twist;
-    if (ends_substep) f[step_impulse] += r.impulses.sum() - chosen.sum;
+    if (ends_substep) f[step_impulse] = step_impulse_with(f[step_impulse], chosen.sum, r.impulses.sum());
   });
 }
 
