@@ -118,6 +118,60 @@ TEST_P(CarriedLoads, TappingABoardDoesNotFellItsStack) {
   EXPECT_LT(stack.off(world, bottom), 0.2f);
 }
 
+// A deck's new velocity must not fall into one substep: friction would slip, and the stacks tip.
+TEST_P(CarriedLoads, SmallStacksStandOnASwayingDeck) {
+  constexpr float size = 0.05f, fraction = 0.15f;  // of gravity; a stack of four tips at a quarter
+  for (const float period : {0.2f, 0.5f, 2.0f}) {
+    World world(quiet());
+    const BodyId deck = world.add(kinematic({1, 1, 0.05f}, {0, 0, -0.05f}));
+    const Stack stack(world, 4, size, {});
+    const float omega = 2 * pi / period, amplitude = fraction * 9.81f / (omega * omega);
+    run(world, 60);
+    float way = 0;
+    for (int i = 1; i <= 360; ++i) {
+      const float time = static_cast<float>(i) / 60;
+      way = min(time, 1.0f) * amplitude * std::sin(omega * time);
+      world.move_to(deck, at({way, 0, -0.05f}));
+      world.step();
+    }
+    EXPECT_LT(stack.off(world, {}, {way, 0, 0}), 0.02f) << period;
+  }
+}
+
+// A stack that follows the tangent drifts outwards by (ω Δt)² / 2 of its radius in every step: here 10 mm/s.
+TEST_P(CarriedLoads, SmallStacksStayOnATurntable) {
+  constexpr float spin = 2, radius = 0.3f, size = 0.05f;
+  for (const int count : {1, 2, 4}) {
+    World world(quiet());
+    const BodyId disc = world.add(kinematic({1, 1, 0.05f}, {0, 0, -0.05f}));
+    world.set_velocity(disc, {}, {0, 0, spin});
+    const Stack stack(world, count, size, {radius, 0, 0});
+    for (const BodyId cube : stack.cubes) world.set_velocity(cube, {0, spin * radius, 0}, {0, 0, spin});
+    run(world, 300);
+    for (const BodyId cube : stack.cubes) {
+      const Vec3 at = world.pose(cube).position;
+      EXPECT_NEAR(std::hypot(at.x, at.y), radius, 2e-3f) << count;
+    }
+  }
+}
+
+// Nothing rides along that friction does not take along.
+TEST_P(CarriedLoads, AStackOnASlipperyDeckGainsWhatFrictionGives) {
+  constexpr float friction = 0.05f;
+  World world(quiet());
+  BodyDef deck_def = kinematic({5, 5, 0.05f}, {0, 0, -0.05f});
+  deck_def.material.friction = 2 * friction * friction;  // the geometric mean with the cubes' 0.5 is `friction`
+  const BodyId deck = world.add(deck_def);
+  const Stack stack(world, 4, 0.05f, {});
+  run(world, 60);
+  for (int i = 1; i <= 60; ++i) {
+    world.set_velocity(deck, {0.3f * 9.81f * static_cast<float>(i) / 60, 0, 0}, {});
+    world.step();
+  }
+  for (const BodyId cube : stack.cubes)
+    EXPECT_NEAR(world.velocity(cube).linear.x, friction * 9.81f, 0.05f * friction * 9.81f);
+}
+
 // A lift presses a crate by a twentieth of its height against a ceiling, waits, and goes down again. While it waits
 // nothing moves, so nothing but the solver's own renewal of strain bounds the impulses.
 TEST_P(CarriedLoads, AJammedCrateIsNotThrown) {

@@ -274,12 +274,15 @@ struct FindSupports {
   /// See `fathom::carried_along`.
   FATHOM_HD void carry_along(std::uint32_t i, const Structure& structure) const {
     const float scale = inertia_scale(bodies, *counters, i), fall = length(counters->gravity) * dt;
-    if (!(scale > 1) || !structure.has_one_base()) return;
+    if (!structure.has_one_base()) return;
     const Vec3 base = common_motion(bodies, structure, i).linear;
-    const Vec3 gained = carried_along(bodies.support[i].base.change_to(base, counters->step, fall), scale, fall);
-    bodies.velocities[i].linear += gained;
+    Vec3& velocity = bodies.velocities[i].linear;
+    const Vec3 change = bodies.support[i].base.change_to(base, velocity, counters->step, fall);
+    const CarriedAlong carried = fathom::carried_along(change, scale, fall, dt);
+    velocity += carried.gained;
     Quad& linear = bodies.solver[i].linear;
-    linear = quad(linear.xyz() + gained, linear.w);
+    linear = quad(linear.xyz() + carried.gained, linear.w);
+    bodies.motion[i].acceleration += carried.acceleration;
   }
   /// Adds mass in units of the heaviest body's, and kinetic energy in units of its maximum (see `is_calm`).
   FATHOM_HD void add_energy(std::uint32_t i, Structure& structure) const {

@@ -180,10 +180,21 @@ struct SolveDirectly {
     return sum;
   }
 
+  /// The structure's common motion along the chord of the step's path: along a tangent a stack on a turntable would
+  /// drift outwards.
+  FATHOM_HD Velocity motion_along_chord(const Structure& structure, std::uint32_t i) const {
+    Velocity common = common_motion(bodies(), structure, i);
+    if (!structure.has_moving_base()) return common;
+    const Vec3 arm = bodies().poses[i].position - bodies().poses[structure.first_base].position;
+    const float half_step = 0.5f * solver.p.h * static_cast<float>(solver.p.substeps);
+    common.linear += carried_speed<float>(arm, half_step * common.angular, common.angular);
+    return common;
+  }
+
   FATHOM_HD void ask(std::uint32_t i, const SupportNode& node, Structure& structure, std::uint32_t parity) const {
     const SupportMass mass(bodies(), *solver.counters, i);
     const SolverQuads& at = bodies().solver[i];
-    const Velocity common = common_motion(bodies(), structure, i);
+    const Velocity common = motion_along_chord(structure, i);
     const Vec3 linear = at.linear.xyz() - common.linear, angular = at.angular.xyz() - common.angular;
     const Wrench passed = passed_on(node);
     const Wrench excess = mass.momentum(linear, angular);

@@ -70,23 +70,35 @@ FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_su
 /// The vector, or one in its direction that is no longer than `most`.
 FATHOM_HD Vec3 shortened(Vec3 v, float most) { return min(1.0f, most / max(length(v), 1e-20f)) * v; }
 
-/// What a body with added inertia gains (m/s) as the velocity of what it stands on changes by `change` (m/s) between
-/// two steps. The added part is carried along, or the body would resist the acceleration with more inertia than its
-/// friction, which follows the true weight, can overcome: loads would slide off a truck that pulls away. `fall` (m/s):
-/// what a fall gains in a step. Friction changes no velocity by much more than that, so neither does this.
-FATHOM_HD Vec3 carried_along(Vec3 change, float inertia_scale, float fall) {
-  return (1 - 1 / inertia_scale) * shortened(change, fall);
+/// How a body is carried along as what it stands on changes its velocity.
+struct CarriedAlong {
+  Vec3 gained;        ///< m/s, as the step begins
+  Vec3 acceleration;  ///< m/s², over the step
+};
+
+/// The velocity of what a body stands on changes by `change` (m/s) from the last step to this one, of length `dt` (s).
+/// The body is treated as in the frame of its base: it has the change at once, and over the step it feels the inertial
+/// force that takes it back, so that what contacts do not give is not given. Friction then works all step long. If the
+/// base had a new velocity and the body the old one, the first substep would have to give the whole change: on a deck
+/// that sways, friction would slip at a fraction of its limit and small stacks would tip. The force acts on the body's
+/// own inertia; what a load has added (`inertia_scale`) is carried along free, or loads would slide off a truck that
+/// pulls away. `fall` (m/s): what a fall gains in a step. Friction changes no velocity by much more than that, so
+/// neither does this.
+FATHOM_HD CarriedAlong carried_along(Vec3 change, float inertia_scale, float fall, float dt) {
+  const Vec3 gained = shortened(change, fall);
+  return {gained, (-1 / (inertia_scale * dt)) * gained};
 }
 
 /// How what a body stands on moves, from step to step.
 struct BaseMotion {
-  Vec3 velocity;           ///< m/s, at the body's centre
-  std::uint32_t step = 0;  ///< in which that was
+  Vec3 velocity;                    ///< m/s, at the body's centre
+  std::uint32_t step = 0xfffffffe;  ///< in which that was; at first, in none
 
   /// By how much (m/s) the velocity changes with this step, in which it is `now`. If it was not noted in the last step,
-  /// the base was at rest, unless it is too fast for that.
-  FATHOM_HD Vec3 change_to(Vec3 now, std::uint32_t this_step, float fall) {
-    const bool is_known = step + 1 == this_step, may_start = length_squared(now) <= fall * fall;
+  /// the base was at rest if the body, which moves with `own` (m/s), is nearer to that, unless the base is too fast.
+  FATHOM_HD Vec3 change_to(Vec3 now, Vec3 own, std::uint32_t this_step, float fall) {
+    const bool is_known = step + 1 == this_step;
+    const bool may_start = length_squared(now) <= fall * fall && length_squared(own) < length_squared(own - now);
     const Vec3 change = is_known ? now - velocity : may_start ? now : Vec3{};
     velocity = now, step = this_step;
     return change;

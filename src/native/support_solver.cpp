@@ -54,7 +54,7 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     order_.clear();
     return;
   }
-  if (may_move() && overloads_.any_scaled()) carry_along(step);
+  if (may_move()) carry_along(step);
   choose_held();
 }
 
@@ -78,15 +78,16 @@ void SupportSolver::carry_along(std::uint64_t step) {
   const float fall = length(def_.gravity) * def_.dt;
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     const SupportGraph::Structure& s = support_graph_.structures()[i];
-    if (!structures_[i].has_base) continue;
     for (std::uint32_t k = s.first; k < s.end; ++k) {
+      body_[k].carried = {};
+      if (!structures_[i].has_base) continue;
       const std::uint32_t slot = member(k).slot;
-      const float scale = overloads_.inertia_scale(slot);
-      if (!(scale > 1)) continue;
       Vec3& velocity = state_.velocities[slot].linear;
       const Vec3 base = velocity - velocity_against(structures_[i].base, slot);
-      const Vec3 change = overloads_.base(slot).change_to(base, static_cast<std::uint32_t>(step), fall);
-      velocity += fathom::carried_along(change, scale, fall);
+      const Vec3 change = overloads_.base(slot).change_to(base, velocity, static_cast<std::uint32_t>(step), fall);
+      const CarriedAlong carried = carried_along(change, overloads_.inertia_scale(slot), fall, def_.dt);
+      velocity += carried.gained;
+      body_[k].carried = carried.acceleration;
     }
   }
 }
@@ -144,6 +145,8 @@ void SupportSolver::order_by_group(const ConstraintLayout& layout) {
 
 void SupportSolver::prepare(std::uint32_t structure, const SolverKernels& kernels, BlockArray blocks, float h) {
   const SupportGraph::Structure& s = support_graph_.structures()[structure];
+  if (may_move())
+    for (std::uint32_t i = s.first; i < s.end; ++i) state_.motion[member(i).slot].acceleration += body_[i].carried;
   if (!structures_[structure].is_held) return;
   const auto width = static_cast<std::size_t>(kernels.width);
   structures_[structure].fall = length(def_.gravity) * h;

@@ -78,6 +78,7 @@ class SupportSolver {
   struct Body {
     Vec3 target_linear, target_angular;  ///< the structure's common motion
     Vec3 linear_change, angular_change;  ///< of velocity, by the last solution
+    Vec3 carried;                        ///< `CarriedAlong::acceleration`
     Mat3 inertia;                        ///< world axes
     SymMat3 inverse_inertia;
     float mass = 0;
