@@ -760,7 +760,7 @@ void ContactSolver::begin_substep(const Work& work, const BodyIntegration& integ
   if (graph_.may_bounce()) {
     std::atomic<bool> bounced = true;
     parameters.bounced = &bounced;
-    for (std::uint32_t i = 0; i < max_bounce_sweeps && bounced; ++i) {
+    for (int i = 0; i < bounce_sweeps && bounced; ++i) {
       bounced = false;
       sweep(work, &SolverKernels::bounce, parameters);
       work.complete();

@@ -1,5 +1,5 @@
 // Where the native simulator switches between ways of working, and how it divides work. Results do not depend on
-// threads, so only the constants under "supports" and "narrow phase" change any bit of the state. Constants that all
+// threads, so only the constants under "supports", "bouncing" and "narrow phase" change any bit of the state. Constants that all
 // simulators share are in dynamics/tuning.hpp.
 #pragma once
 
@@ -63,6 +63,12 @@ inline constexpr std::uint64_t steps_between_searches = 8;
 inline constexpr std::uint16_t max_levels = 1024;
 /// Steps until structures are searched for again after all were collapsing.
 inline constexpr std::uint64_t steps_to_resume = 8;
+
+// --- bouncing --------------------------------------------------------------------------------------------------------
+
+/// Maximum number of bounce sweeps per substep; the device, which plans its phases beforehand, makes
+/// `max_bounce_sweeps`. Crowds of elastic balls never needed more than eight, long rows do.
+inline constexpr int bounce_sweeps = 64;
 
 // --- narrow phase ----------------------------------------------------------------------------------------------------
 
