@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fathom/joint.hpp>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "dynamics/link_contact.hpp"
+#include "scene/heap.hpp"
 #include "simulator_fixture.hpp"
 
 namespace fathom::test::link_contacts_test {
@@ -17,7 +19,9 @@ class LinkContacts : public OnSimulator {
  protected:
   static WorldDef quiet() { return on_simulator(quiet_world()); }
 };
-INSTANTIATE_TEST_SUITE_P(Simulators, LinkContacts, testing::Values(SimulatorKind::native), simulator_name);
+INSTANTIATE_TEST_SUITE_P(Simulators, LinkContacts,
+                         testing::Values(SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid),
+                         simulator_name);
 
 const Quat across = axis_angle({1, 0, 0}, pi / 2);  // turns a capsule's axis to y
 
@@ -135,6 +139,29 @@ TEST_P(LinkContacts, ALoadedSledGainsNoMomentum) {
   weld(world, sled, load, {0, 0, 0.5f + 0.2f * size});
   run(world, 600);
   EXPECT_LT(length(world.velocity(load).linear), 2e-3f);
+}
+
+// A plate of 6 g lies under the end of a chain, whose weight presses its hinge against the limit. The joints alone would
+// let the limit go: the contacts' sweep turns the plate back.
+TEST_P(LinkContacts, LimitsHoldUnderALoad) {
+  const Heap heap = make_joint_heap(17);
+  World world(on_simulator(heap.scene.world));
+  SceneInstance instance(heap.scene, world);
+  const int steps_per_second = static_cast<int>(std::lround(1 / heap.scene.world.dt));
+  float beyond = 0;
+  for (int i = 1; i <= 10 * steps_per_second; ++i) {
+    instance.prepare_step();
+    world.step();
+    if (i < 5 * steps_per_second || i % 10 != 0) continue;
+    for (const JointId id : world.joints()) {
+      const JointDef& joint = world.joint(id);
+      const JointAxis& twist = joint.axis(JointAxisName::twist);
+      if (joint.type != JointType::generic || twist.mode != AxisMode::limited) continue;
+      const float angle = world.joint_positions(id)[static_cast<std::size_t>(JointAxisName::twist)];
+      beyond = std::max({beyond, twist.lower - angle, angle - twist.upper});
+    }
+  }
+  EXPECT_LT(beyond, 0.02f);
 }
 
 TEST(LinkContact, ASweepStopsWhatTheMechanismWouldMove) {

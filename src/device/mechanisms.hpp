@@ -77,6 +77,9 @@ struct LinkedBodies {
     joints->generic_impulses[slot] = impulse;
   }
 
+  FATHOM_HD bool solves_contacts(std::uint32_t mechanism) const {
+    return leads_to_contact(mechanisms->records[mechanism].tree.first);
+  }
   FATHOM_HD bool leads_to_contact(std::uint32_t i) const { return mechanisms->contacts[i].leads != 0; }
   FATHOM_HD bool has_contacts(std::uint32_t i) const { return mechanisms->contacts[i].count > 0; }
   FATHOM_HD LinkPushes& pushes(std::uint32_t i) const { return mechanisms->pushes[i]; }
@@ -109,7 +112,7 @@ struct LinkedBodies {
     ContactImpulses& impulses = contact.rows.impulses;
     const float before = impulses.sum();
     const Wrench push = sweep_link_contact<pass>(contact, link, parameters->friction_lead);
-    if (pass == ContactPass::relax) impulses.step += impulses.sum() - before;
+    if (pass == ContactPass::relax) impulses.step = step_impulse_with(impulses.step, before, impulses.sum());
     store_normal_impulses(rows, impulses);
     store_friction_impulses(rows, impulses);
     return push;

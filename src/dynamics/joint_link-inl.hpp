@@ -67,16 +67,24 @@ class JointLink {
   FATHOM_LANE_FUNCTION void let_go();
 
   /// Begins the step. Anchors are in the bodies' axes; `is_b`: the link's body is the joint's B; `pull` as in
-  /// BallJointRow, of the body relative to the parent.
+  /// BallJointRow, of the body relative to the parent. `contacts`: the mechanism solves contacts, which may have
+  /// pressed on limits in the last substep.
   FATHOM_LANE_FUNCTION void begin(const GenericJointDefinition<Real>& joint, bool is_b, const LinkStart& body,
                                   const LinkStart& parent, const Vec3& anchor, const Vec3& parent_anchor,
-                                  const Vec3& pull, const GenericImpulseOf<Real>& impulse);
+                                  const Vec3& pull, const GenericImpulseOf<Real>& impulse, Mask contacts);
   /// Updates the joint's position; to be called after bodies have moved.
   FATHOM_LANE_FUNCTION void look(const LinkPair& pair);
   /// `relaxes`: after positions have moved; drives with compliance or at their largest force do not act.
   FATHOM_LANE_FUNCTION void begin_solution(bool relaxes) {
     relaxes_ = relaxes ? all_set : Flag{};
     released_ = relented_ = AxisNumber{};
+    if (relaxes) return;
+    for (int i = 0; i < axis_count; ++i) {
+      if (!is_limited(i)) continue;
+      const Mask acts = both(has_bit(pressed_, i), has_reached_limit(i));
+      set_bit(released_, i, acts);
+      limits_.at_limit[i] = flag(either(is_at_limit(i), acts));
+    }
   }
   /// Chooses coordinates by the held axes, and sets the drives' impulses. Returns whether the elimination has to be
   /// repeated.
@@ -103,6 +111,10 @@ class JointLink {
   /// something changes. An axis' limit lets go once per solution, and so does a largest force: two axes whose changes
   /// undo each other's would go on without end, and so would a limit whose rounds do not end where the first one does.
   FATHOM_LANE_FUNCTION Mask revise(const LinkPair& pair, Real h, Mask asks);
+  /// Notes which limits the mechanism's contacts press on, after they have been solved; none without `contacts`. Joints
+  /// alone would let such a limit go in the next substep, because the contacts' sweep turns the light link back, and
+  /// then the contacts press the axis past it. So it acts throughout that substep, and as long as it presses.
+  FATHOM_LANE_FUNCTION void note_pressed(const LinkPair& pair, Real h, Mask contacts);
   /// Whether a drive exceeds its largest force according to the rounds' result.
   FATHOM_LANE_FUNCTION Mask overdrives(const LinkPair& pair) const;
   /// Puts those drives at their largest force, which they keep in this solution. True where there is one.
@@ -189,6 +201,24 @@ class JointLink {
   /// `ahead`: where the substep leaves the axis, according to the rounds.
   FATHOM_LANE_FUNCTION Mask revise_limit(int i, Mask asks, Real ahead, Real given, Real after);
   FATHOM_LANE_FUNCTION Mask revise_drive(int i, Mask asks, Real given, Real after);
+  /// Whether an axis that ends at `ahead` is within its limits, or as near as they bring it.
+  FATHOM_LANE_FUNCTION Mask is_within(int i, Real ahead, Real slack) const {
+    return both(ahead >= min(axis(i).lower, aim_[i]) - slack, ahead <= max(axis(i).upper, aim_[i]) + slack);
+  }
+  FATHOM_LANE_FUNCTION Real slack_of(int i) const {
+    return i < translations ? limit_slack * reach() : splat<Real>(limit_slack);
+  }
+  /// Whether the axis is where its limit acts, or nearly.
+  FATHOM_LANE_FUNCTION Mask has_reached_limit(int i) const {
+    const Real beyond = select(is_at_upper(i), value_[i] - axis(i).upper, axis(i).lower - value_[i]);
+    return beyond >= -slack_of(i);
+  }
+  /// The impulse that the axis' drive would give by itself.
+  FATHOM_LANE_FUNCTION Real drive_impulse(int i, Real after) const;
+  /// Whether an axis at its limit is pressed against it; `held`: the limit's impulse.
+  FATHOM_LANE_FUNCTION Mask presses(int i, Real held) const {
+    return is_set(select(is_at_upper(i), flag(held <= 0.0f), flag(held >= 0.0f)));
+  }
   /// Whether a drive exceeds its largest force with the impulse `given`.
   FATHOM_LANE_FUNCTION Mask exceeds_most(int i, Real given) const {
     return inverted(either(is_at_most(i), abs(given) <= (1 + drive_slack) * axis(i).most));
@@ -214,13 +244,14 @@ class JointLink {
   JointVector drive_{}, error_{};
   EliminatedLink link_{};
   JointLoad load_{};
-  AxisNumber released_{}, relented_{};  // a bit per axis: its limit, its largest force has let go in this solution
+  // A bit per axis: its limit, its largest force has let go in this solution; see `note_pressed`.
+  AxisNumber released_{}, relented_{}, pressed_{};
   Vec3 force_more_, torque_more_, force_sum_, torque_sum_;
 };
 
 FATHOM_LANE_FUNCTION void JointLink::begin(const GenericJointDefinition<Real>& joint, bool is_b, const LinkStart& body,
                                            const LinkStart& parent, const Vec3& anchor, const Vec3& parent_anchor,
-                                           const Vec3& pull, const GenericImpulseOf<Real>& impulse) {
+                                           const Vec3& pull, const GenericImpulseOf<Real>& impulse, Mask contacts) {
   *this = {};
   is_b_ = flag(is_b ? is_set(all_set) : is_set(Flag{}));
   const LinkStart &a = is_b ? parent : body, &b = is_b ? body : parent;
@@ -244,6 +275,7 @@ FATHOM_LANE_FUNCTION void JointLink::begin(const GenericJointDefinition<Real>& j
     if (!is_limited(i)) continue;
     limits_.at_limit[i] = flag(inverted(impulse.hold[i] == 0.0f));
     limits_.at_upper[i] = flag(impulse.hold[i] < 0.0f);
+    set_bit(pressed_, i, both(contacts, is_at_limit(i)));
   }
 }
 
@@ -533,21 +565,13 @@ FATHOM_LANE_FUNCTION JointLink::OfAxis JointLink::part_of(int i, const Vec3& for
 
 FATHOM_LANE_FUNCTION Mask JointLink::revise_limit(int i, Mask asks, Real ahead, Real given, Real after) {
   const GenericAxis<Real>& a = axis(i);
-  const Mask was_at_limit = is_at_limit(i), was_at_upper = is_at_upper(i);
+  const Mask was_at_limit = is_at_limit(i);
   // An axis that returns from beyond its limit by itself, as fast as the limit would move it, is left alone.
   const Mask was_released = has_bit(released_, i);
-  const Real slack = select(was_released, i < translations ? limit_slack * reach() : splat<Real>(limit_slack), Real{});
-  const Mask is_within = both(ahead >= min(a.lower, aim_[i]) - slack, ahead <= max(a.upper, aim_[i]) + slack);
-  const Mask hits = both(asks, inverted(either(was_at_limit, is_within)));
-  Real drive{};
-  if (is_driven(i)) {
-    const Real push = drive_aim(i) - after;
-    drive = select(axis(i).compliance > 0.0f, clamp(push / axis(i).compliance, -a.most, a.most),
-                   select(push < 0.0f, -a.most, a.most));
-  }
-  const Real held = given - drive - of_armature(i, after);
-  const Flag stays = select(was_at_upper, flag(held <= 0.0f), flag(held >= 0.0f));
-  const Mask leaves = both(both(asks, inverted(was_released)), both(was_at_limit, inverted(is_set(stays))));
+  const Mask is_free = is_within(i, ahead, select(was_released, slack_of(i), Real{}));
+  const Mask hits = both(asks, inverted(either(was_at_limit, is_free)));
+  const Real drive = drive_impulse(i, after), held = given - drive - of_armature(i, after);
+  const Mask leaves = both(both(asks, inverted(was_released)), both(was_at_limit, inverted(presses(i, held))));
   set_bit(released_, i, leaves);
   limits_.at_limit[i] = flag(both(either(was_at_limit, hits), inverted(leaves)));
   limits_.at_upper[i] = select(hits, flag(ahead > a.upper), limits_.at_upper[i]);
@@ -560,6 +584,30 @@ FATHOM_LANE_FUNCTION Mask JointLink::revise_limit(int i, Mask asks, Real ahead, 
     limits_.at_minus[i] = select(gives_most, flag(drive < 0.0f), limits_.at_minus[i]);
   }
   return either(hits, leaves);
+}
+
+FATHOM_LANE_FUNCTION Real JointLink::drive_impulse(int i, Real after) const {
+  if (!is_driven(i)) return Real{};
+  const Real most = axis(i).most, push = drive_aim(i) - after;
+  return select(axis(i).compliance > 0.0f, clamp(push / axis(i).compliance, -most, most),
+                select(push < 0.0f, -most, most));
+}
+
+FATHOM_LANE_FUNCTION void JointLink::note_pressed(const LinkPair& pair, Real h, Mask contacts) {
+  pressed_ = AxisNumber{};
+  if (!everywhere(is_set(moves_)) || !anywhere(contacts)) return;
+  for (int i = 0; i < axis_count; ++i) {
+    if (!is_limited(i)) continue;
+    const OfAxis now = part_of(i, force_ + force_more_, torque_ + torque_more_);
+    const Real after = rate(i, pair), ahead = fma(h, after, value_[i]);
+    const Real held = now.impulse - drive_impulse(i, after) - of_armature(i, after);
+    const Mask stays = both(now.has, both(is_at_limit(i), presses(i, held)));
+    Mask may_begin = inverted(is_at_limit(i));
+    if (i >= translations && may_drive(i)) may_begin = both(may_begin, now.has);
+    const Mask begins = both(may_begin, inverted(is_within(i, ahead, slack_of(i))));
+    set_bit(pressed_, i, both(contacts, either(stays, begins)));
+    limits_.at_upper[i] = select(begins, flag(ahead > axis(i).upper), limits_.at_upper[i]);
+  }
 }
 
 FATHOM_LANE_FUNCTION void JointLink::note_hit(int i, Mask hits) {

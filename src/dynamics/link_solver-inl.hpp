@@ -81,10 +81,11 @@ struct LinkSolver {
   }
   FATHOM_LANE_FUNCTION void begin_generic(std::uint32_t i, const GenericJointDefinition<Real>& joint,
                                           const LinkStart& body, const LinkStart& parent, Vec3 anchor,
-                                          Vec3 parent_anchor, Vec3 pull, const GenericImpulseOf<Real>& impulse) const {
+                                          Vec3 parent_anchor, Vec3 pull, const GenericImpulseOf<Real>& impulse,
+                                          Mask contacts) const {
     LinkState& s = state(i);
     JointLink& of_link = generic(i);
-    of_link.begin(joint, links[i].is_b != 0, body, parent, anchor, parent_anchor, pull, impulse);
+    of_link.begin(joint, links[i].is_b != 0, body, parent, anchor, parent_anchor, pull, impulse, contacts);
     s.arm = of_link.arm(), s.parent_arm = of_link.parent_arm();
     begin_joint(i, parent);
   }
@@ -150,6 +151,13 @@ struct LinkSolver {
     s.of_body =
         tree_inertia(s.mass, is_isotropic ? diagonal(s.inertia.xx)
                                           : to_matrix(rotated(rotation_matrix(product(turned, s.start)), s.inertia)));
+  }
+  /// Gives back what a solution has changed, if it has not stiffened the body.
+  FATHOM_LANE_FUNCTION void turn_back(std::uint32_t i) const {
+    LinkState& s = state(i);
+    const auto body = access.body(i, links[i]);
+    s.motion.linear = body.linear, s.motion.angular = turned_by(s.spin, body.angular);
+    s.change = {}, s.impulse = {}, s.load = {};
   }
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION void turn_joint(std::uint32_t i, bool relaxes) const {
     LinkState& s = state(i);
@@ -478,6 +486,10 @@ struct LinkSolver {
   /// Whether some limit or largest force differs from what the solution assumed, among those in `asks`.
   FATHOM_LANE_FUNCTION Mask revise(std::uint32_t i, Real h, Mask asks) const {
     return has_generic(i) ? generic(i).revise(pair_of(i), h, asks) : is_set(Flag{});
+  }
+  /// See `JointLink::note_pressed`.
+  FATHOM_LANE_FUNCTION void note_pressed(std::uint32_t i, Real h, Mask contacts) const {
+    if (has_generic(i)) generic(i).note_pressed(pair_of(i), h, contacts);
   }
   /// Whether some drive exceeds its largest force …
   FATHOM_LANE_FUNCTION Mask overdrives(std::uint32_t i) const {

@@ -26,7 +26,8 @@ namespace fathom {
 ///     swing(link): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic_joint(j), generic_impulse(j)
 ///     store(j, last, total);  store(j, GenericImpulse)
-///     leads_to_contact(i): the link, or one below it, has contacts that the mechanism solves;  has_contacts(i)
+///     solves_contacts(mechanism); leads_to_contact(i): the link, or one below it, has contacts that the mechanism
+///     solves; has_contacts(i)
 ///     pushes(i): LinkPushes&;  sweep_contacts<pass>(i, link): Wrench (`sweep_link_contact`)
 ///     begin_contacts(mechanism), end_contacts(mechanism, ends_substep): before and after their impulses change
 ///     move_obstacles(mechanism, h): of those contacts
@@ -85,7 +86,7 @@ class MechanismSolver : public LinkSolver<Access> {
     const Vec3 anchor = link.is_b ? j.anchor_b : j.anchor_a, parent_anchor = link.is_b ? j.anchor_a : j.anchor_b;
     if (has_generic(i))
       this->begin_generic(i, access.generic_joint(link.joint), body, parent, anchor, parent_anchor, pull_of(link),
-                          access.generic_impulse(link.joint));
+                          access.generic_impulse(link.joint), access.solves_contacts(link.mechanism));
     else
       this->begin_ball(i, body, parent, anchor, parent_anchor, pull_of(link), access.last_impulse(link.joint));
   }
@@ -110,9 +111,10 @@ class MechanismSolver : public LinkSolver<Access> {
       start_anew(m, h);
       follows = solve_with_limits<soft>(m, h, false);
     }
-    const bool has_contacts = access.leads_to_contact(m.first);
+    const bool has_contacts = access.solves_contacts(links[m.first].mechanism);
     if (has_contacts) sweep_contacts<soft>(m);
     if (all(m, [&](std::uint32_t i) { return this->is_sound(i, h); })) {
+      if (soft) each(m, [&](std::uint32_t i) { this->note_pressed(i, h, has_contacts); });
       apply_all<soft>(m, h, follows);
       if (has_contacts && team::is_leader()) access.end_contacts(links[m.first].mechanism, !soft);
     } else if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
@@ -211,7 +213,7 @@ class MechanismSolver : public LinkSolver<Access> {
       else
         come_to_rest<soft>(m, h);
       if (!has_to_revise() && !(looks_ahead && take_more_rounds(m, h) && has_to_revise())) return follows;
-      take_back(m);
+      take_back(m, follows);
     }
   }
   /// Also sets the loads to the impulses that bodies carry over. Returns whether the substep follows all swings.
@@ -268,8 +270,8 @@ class MechanismSolver : public LinkSolver<Access> {
     each(m, [&](std::uint32_t i) { this->turn_joint(i, relaxes); });
   }
   /// Discards a solution, to start again with other limits.
-  FATHOM_HD void take_back(const Mechanism& m) const {
-    each(m, [&](std::uint32_t i) { this->turn(i); });
+  FATHOM_HD void take_back(const Mechanism& m, bool follows) const {
+    each(m, [&](std::uint32_t i) { follows ? this->turn_back(i) : this->turn(i); });
     each(m, [&](std::uint32_t i) { this->choose_coordinates(i); });
   }
 

@@ -227,7 +227,7 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     each([&](std::uint32_t i) { turn_joint(i, relaxes); });
   }
   void take_back() const {
-    each([&](std::uint32_t i) { turn(i); });
+    each([&](std::uint32_t i) { turn_back(i); });
     each([&](std::uint32_t i) { choose_coordinates(i); });
   }
   // Links follow each other level by level.
@@ -416,7 +416,9 @@ struct MechanismLanes::Start {
     wide::GenericImpulseOf<Real> impulse;
     Definitions::gather(definitions, definition);
     Impulses::gather(impulses, impulse);
-    solver.begin_generic(i, definition, body, parent, anchor, parent_anchor, pull, impulse);
+    const EightInts contacts =
+        each([this](const MechanismLink& l) { return world.contacts.has(l.mechanism) ? -1 : 0; });
+    solver.begin_generic(i, definition, body, parent, anchor, parent_anchor, pull, impulse, contacts);
   }
 };
 
@@ -495,6 +497,12 @@ LaneBits MechanismLanes::loaded() const {
   return lanes;
 }
 
+static EightInts mask_of(LaneBits lanes) {
+  EightInts mask{};
+  for (; lanes != 0; lanes &= lanes - 1) mask[lowest_bit(lanes)] = -1;
+  return mask;
+}
+
 /// Like MechanismSolver's; the others of the batch's lanes get nothing.
 template <bool soft>
 void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) const {
@@ -512,11 +520,8 @@ void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) c
     each_of([&](std::uint32_t lane) { does = does || contacts.leads(number(lane, i)); });
     return does;
   };
-  EightInts counts{};
-  each_of([&](std::uint32_t lane) {
-    counts[lane] = -1;
-    contacts.load_impulses(batch_.numbers[lane]);
-  });
+  const EightInts counts = mask_of(lanes);
+  each_of([&](std::uint32_t lane) { contacts.load_impulses(batch_.numbers[lane]); });
   const auto sweep_link = [&](std::uint32_t i) {
     const wide::LinkState& s = solver.state(i);
     const auto body = solver.access.body(i, world_.links[i]);
@@ -585,6 +590,8 @@ LaneBits MechanismLanes::pull_together(float h) const {
     exchange_limits();
   }
   solver.access.counts = done;
+  const EightInts has_contacts = mask_of(with_contacts);
+  solver.each([&](std::uint32_t i) { solver.note_pressed(i, solver.h, has_contacts); });
   solver.each([&](std::uint32_t i) { solver.apply<true>(i, solver.h, true); });
   store_impulses(with_contacts & done, false);
   return others;

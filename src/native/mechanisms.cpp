@@ -64,6 +64,7 @@ struct Mechanisms::Access {
   void store(std::uint32_t j, const GenericImpulse& impulse) const {
     graph.constrained().generic_impulses[j] = impulse;
   }
+  bool solves_contacts(std::uint32_t mechanism) const { return link_contacts.has(mechanism); }
   bool leads_to_contact(std::uint32_t i) const { return link_contacts.leads(i); }
   LinkPushes& pushes(std::uint32_t i) const { return by_link[i]; }
   void move_obstacles(std::uint32_t mechanism, float h) const { link_contacts.move_obstacles(mechanism, h); }
