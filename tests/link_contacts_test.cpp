@@ -141,8 +141,8 @@ TEST_P(LinkContacts, ALoadedSledGainsNoMomentum) {
   EXPECT_LT(length(world.velocity(load).linear), 2e-3f);
 }
 
-// A plate of 6 g lies under the end of a chain, whose weight presses its hinge against the limit. The joints alone would
-// let the limit go: the contacts' sweep turns the plate back.
+// In this heap contacts press a hinge between bodies of 6 and 139 g against its limit. The joints alone would let the
+// limit go, because the contacts' own sweep turns the light body back.
 TEST_P(LinkContacts, LimitsHoldUnderALoad) {
   const Heap heap = make_joint_heap(17);
   World world(on_simulator(heap.scene.world));

@@ -1,6 +1,6 @@
 // Where the native simulator switches between ways of working, and how it divides work. Results do not depend on
-// threads, so only the constants under "supports", "bouncing" and "narrow phase" change any bit of the state. Constants that all
-// simulators share are in dynamics/tuning.hpp.
+// threads, so only the constants under "supports", "bouncing" and "narrow phase" change any bit of the state. Constants
+// that all simulators share are in dynamics/tuning.hpp.
 #pragma once
 
 #include <cstddef>
