@@ -82,11 +82,15 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
                      std::span<const SurfacePush> pushes, SurfaceScratch& scratch, SurfaceContact& contact,
                      Vec3 centre) {
-  auto& [searched, triangles, eights, index, pushed, shape, on_way, touches, doubtful] = scratch;
+  const std::vector<std::uint32_t>& triangles = scratch.triangles;
+  const std::vector<EightTriangles>& eights = scratch.eights;
+  std::vector<Vec3>& pushed = scratch.pushed;
+  TurnedShape& shape = scratch.shape;
+  std::vector<SurfaceScratch::Touch>&touches = scratch.touches, &doubtful = scratch.doubtful;
   contact.count = 0;
   if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
   shape.turn(b, b_in_a.rotation);
-  const FoundTriangles found(eights, index);
+  const FoundTriangles found(eights, scratch.index);
   touches.clear(), doubtful.clear(), pushed.clear();
   for (const SurfacePush& push : pushes) pushed.push_back(push.normal);
   const bool has_materials = !surface.materials().empty();
