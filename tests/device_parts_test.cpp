@@ -82,10 +82,10 @@ TEST(DeviceParts, EventsArePairsHoweverTheyAreRead) {
       for (const auto& [a, b, step] : all_begun) touching.emplace(a, b);
       EXPECT_GT(touching.size(), 40u);
       // Each pair begins and ends in turn.
-      for (const auto& [a, b] : touching) {
+      for (const auto& pair : touching) {
         const auto of_pair = [&](const std::set<Touch>& events) {
-          return std::ranges::count_if(events,
-                                       [&](const Touch& t) { return std::get<0>(t) == a && std::get<1>(t) == b; });
+          return std::ranges::count_if(
+              events, [&](const Touch& t) { return std::pair(std::get<0>(t), std::get<1>(t)) == pair; });
         };
         const auto more = of_pair(all_begun) - of_pair(all_ended);
         EXPECT_TRUE(more == 0 || more == 1);

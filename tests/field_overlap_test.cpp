@@ -62,12 +62,14 @@ class FieldOverlap {
     pose_.position.z -= sunk_;
     const validate::Ground ground(*field_.surface);
     const std::optional<double> height = ground.height_over({}, to_double(pose_.position));
-    is_in_front_ = height && *height > double{0.05f * half_thickness_};
+    is_in_front_ = height && *height > static_cast<double>(0.05f * half_thickness_);
   }
 
   bool is_in_front() const { return is_in_front_; }  ///< or the engine may take it to come from below
   double depth() const { return depth_at(pose_); }
-  double tolerance() const { return double{std::max({0.001f * size_, 0.01f * half_thickness_, 2e-5f})} + 1e-5; }
+  double tolerance() const {
+    return static_cast<double>(std::max({0.001f * size_, 0.01f * half_thickness_, 2e-5f})) + 1e-5;
+  }
 
   struct Found {
     double depth = 0;   ///< m, of the deepest contact
@@ -83,9 +85,9 @@ class FieldOverlap {
     world.for_each_contact([&](const ContactInfo& contact) {
       const float up = contact.a == id ? -contact.normal.z : contact.normal.z;
       for (int i = 0; i < contact.point_count; ++i) {
-        const double depth = -contact.points[i].separation;
+        const double depth = static_cast<double>(-contact.points[i].separation);
         found.depth = std::max(found.depth, depth);
-        if (up > 0.05f) found.raises = std::max(found.raises, depth - double{sunk_ * up});
+        if (up > 0.05f) found.raises = std::max(found.raises, depth - static_cast<double>(sunk_ * up));
       }
     });
     return found;

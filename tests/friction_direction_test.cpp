@@ -293,10 +293,10 @@ TEST(FrictionEllipse, LimitsToTheNearestImpulse) {
         limited_to_ellipse((1 - ratio) * cosine, (1 - ratio) * sine, most,
                            FrictionImpulse<float>{most * (cosine * u - sine * v), most * (sine * u + cosine * v), 7});
     double x = 0, y = 0;
-    const double r = ratio;
-    nearest_in_ellipse(r, u, v, x, y);
-    const double got_x = (cosine * now.slide_1 + sine * now.slide_2) / most,
-                 got_y = (cosine * now.slide_2 - sine * now.slide_1) / most;
+    const double r = static_cast<double>(ratio);
+    nearest_in_ellipse(r, static_cast<double>(u), static_cast<double>(v), x, y);
+    const auto got_x = static_cast<double>((cosine * now.slide_1 + sine * now.slide_2) / most),
+               got_y = static_cast<double>((cosine * now.slide_2 - sine * now.slide_1) / most);
     ASSERT_NEAR(got_x, x, 2e-3) << i << " ratio " << ratio << " at " << u << ", " << v;
     ASSERT_NEAR(got_y / r, y / r, 5e-3) << i << " ratio " << ratio << " at " << u << ", " << v;
     ASSERT_LE(got_x * got_x + got_y * got_y / (r * r), 1.001);

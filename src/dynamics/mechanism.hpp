@@ -269,7 +269,7 @@ class MechanismSolver : public LinkSolver<Access> {
     each(m, [&](std::uint32_t i) { this->turn(i); });
     each(m, [&](std::uint32_t i) { this->turn_joint(i, relaxes); });
   }
-  /// Discards a solution, to start again with other limits.
+  /// Discards a solution, to start again with other limits. One that `follows` all swings has stiffened no body.
   FATHOM_HD void take_back(const Mechanism& m, bool follows) const {
     each(m, [&](std::uint32_t i) { follows ? this->turn_back(i) : this->turn(i); });
     each(m, [&](std::uint32_t i) { this->choose_coordinates(i); });

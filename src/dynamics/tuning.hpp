@@ -37,8 +37,8 @@ inline constexpr float friction_reach = 0.02f;
 /// Fraction of a penetration that a substep of the `impulse` solver removes (Catto, "Iterative Dynamics with Temporal
 /// Coherence", 2005).
 inline constexpr float baumgarte = 0.2f;
-/// Maximum number of bounce sweeps per substep: a hit passes through at least one body per sweep (docs/solver.md, Free
-/// bodies and bouncing).
+/// Maximum number of bounce sweeps per substep on the device and of cells: a hit passes through at least one body per
+/// sweep (docs/solver.md, Free bodies and bouncing).
 inline constexpr std::uint32_t max_bounce_sweeps = 8;
 /// Rounds over the points of a contact that bounce together (docs/solver.md, Free bodies and bouncing).
 inline constexpr int bounce_rounds = 8;
