@@ -145,7 +145,7 @@ struct MoveBodies {
       const BodyMotion motion = bodies.motion[i];
       const Velocity start = bodies.velocities[i];
       complete_forced(moved, turning, bodies.forces[i], {motion.acceleration, motion.angular_acceleration},
-                      start.linear, v.linear, start.angular, v.angular, has_flown(bodies.warm[i], v.linear), p.dt,
+                      start.linear, v.linear, start.angular, v.angular, has_flown(bodies.warm[i], s.linear), p.dt,
                       static_cast<float>(p.substeps));
       moved = limited(moved, p.dt * p.limits.linear);
     }
