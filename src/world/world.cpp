@@ -242,7 +242,9 @@ const Material& World::material(BodyId id) const {
 
 void World::set_filter(BodyId id, Filter filter) {
   const std::uint32_t slot = slot_to_change(*simulator_, id, "set filter");
-  simulator_->bodies[slot].filter = filter;
+  Filter& now = simulator_->bodies[slot].filter;
+  if (now.category == filter.category && now.mask == filter.mask && now.group == filter.group) return;
+  now = filter;
   simulator_->filter_changed(slot);
 }
 
@@ -321,6 +323,7 @@ void World::set_mass(BodyId id, float mass, const std::optional<SymMat3>& inerti
   const std::uint32_t slot = slot_to_change(*simulator_, id, "set mass");
   BodyDef def = simulator_->bodies.definition(slot);
   if (def.motion != MotionType::dynamic) refuse("set mass: the body is not dynamic; only dynamic bodies have a mass");
+  if (mass == this->mass(id) && !inertia && !def.inertia) return;
   def.mass = mass;
   def.inertia = inertia;
   change_body(*simulator_, slot, def, "set mass");
