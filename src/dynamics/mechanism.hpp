@@ -29,8 +29,7 @@ namespace fathom {
 ///     solves_contacts(mechanism); leads_to_contact(i): the link, or one below it, has contacts that the mechanism
 ///     solves; has_contacts(i)
 ///     pushes(i): LinkPushes&;  sweep_contacts<pass>(i, link): Wrench (`sweep_link_contact`)
-///     begin_contacts(i): before the impulses of a link's contacts change; then end_contacts(i, ends_substep), or
-///     take_back_contacts(i) if the changes are not to count
+///     begin_contacts(mechanism), end_contacts(mechanism, ends_substep): before and after their impulses change
 ///     move_obstacles(mechanism, h): of those contacts
 template <class Access>
 class MechanismSolver : public LinkSolver<Access> {
@@ -113,15 +112,12 @@ class MechanismSolver : public LinkSolver<Access> {
       follows = solve_with_limits<soft>(m, h, false);
     }
     const bool has_contacts = access.solves_contacts(links[m.first].mechanism);
-    if (has_contacts) follows = solve_contacts<soft>(m, h, looks_ahead, follows);
+    if (has_contacts) sweep_contacts<soft>(m);
     if (all(m, [&](std::uint32_t i) { return this->is_sound(i, h); })) {
       if (soft) each(m, [&](std::uint32_t i) { this->note_pressed(i, h, has_contacts); });
       apply_all<soft>(m, h, follows);
-      if (has_contacts) each_with_contacts(m, [&](std::uint32_t i) { access.end_contacts(i, !soft); });
-      return;
-    }
-    if (has_contacts) take_back_contacts(m);
-    if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
+      if (has_contacts && team::is_leader()) access.end_contacts(links[m.first].mechanism, !soft);
+    } else if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
       forget(m);
     else if (soft)
       start_anew(m, h);
@@ -134,12 +130,6 @@ class MechanismSolver : public LinkSolver<Access> {
   FATHOM_HD static void each(const Mechanism& m, const Act& act) {
     for (std::uint32_t i = m.first + team::item(); i < m.end; i += team::items) act(i);
     team::sync();
-  }
-  template <class Act>
-  FATHOM_HD void each_with_contacts(const Mechanism& m, const Act& act) const {
-    each(m, [&](std::uint32_t i) {
-      if (access.has_contacts(i)) act(i);
-    });
   }
   template <class Test>
   FATHOM_HD static bool all(const Mechanism& m, const Test& test) {
@@ -216,7 +206,7 @@ class MechanismSolver : public LinkSolver<Access> {
   template <bool soft>
   FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead) const {
     for (int revision = 0;; ++revision) {
-      const auto has_to_revise = [&] { return soft && (revision < max_revisions ? revise(m, h) : restrain(m, false)); };
+      const auto has_to_revise = [&] { return soft && (revision < max_revisions ? revise(m, h) : restrain(m)); };
       const bool follows = eliminate_all<soft>(m, h, looks_ahead);
       if (looks_ahead)
         take_first_round(m, h);
@@ -225,27 +215,6 @@ class MechanismSolver : public LinkSolver<Access> {
       if (!has_to_revise() && !(looks_ahead && take_more_rounds(m, h) && has_to_revise())) return follows;
       take_back(m, follows);
     }
-  }
-  /// Sweeps over the contacts together with all joints, which keep the limits and drives that they have found. But a
-  /// motor that would have to give more than its largest force against them is put at that force, and all is solved
-  /// again: each time at least one more, so this ends. Friction may hold more for a substep, which drives nothing:
-  /// ragdolls would take twice as long on a GPU.
-  template <bool soft>
-  FATHOM_HD bool solve_contacts(const Mechanism& m, float h, bool looks_ahead, bool follows) const {
-    sweep_contacts<soft>(m);
-    while (restrain(m, true)) {
-      take_back_contacts(m);
-      take_back(m, follows);
-      follows = eliminate_all<soft>(m, h, looks_ahead);
-      if (looks_ahead) {
-        take_first_round(m, h);
-        take_more_rounds(m, h);
-      } else {
-        come_to_rest<soft>(m, h);
-      }
-      sweep_contacts<soft>(m);
-    }
-    return follows;
   }
   /// Also sets the loads to the impulses that bodies carry over. Returns whether the substep follows all swings.
   template <bool soft>
@@ -292,8 +261,8 @@ class MechanismSolver : public LinkSolver<Access> {
   FATHOM_HD bool revise(const Mechanism& m, float h) const {
     return !all(m, [&](std::uint32_t i) { return !Base::revise(i, h, true); });
   }
-  FATHOM_HD bool restrain(const Mechanism& m, bool motors_only) const {
-    return !all(m, [&](std::uint32_t i) { return !Base::restrain(i, motors_only); });
+  FATHOM_HD bool restrain(const Mechanism& m) const {
+    return !all(m, [&](std::uint32_t i) { return !Base::restrain(i); });
   }
 
   FATHOM_HD void turn_all(const Mechanism& m, bool relaxes) const {
@@ -411,10 +380,11 @@ class MechanismSolver : public LinkSolver<Access> {
 
   // --- contacts ----------------------------------------------------------------------------------------------------
 
+  /// Sweeps over the contacts together with all joints, which keep the limits and drives that they have found.
   template <bool soft>
   FATHOM_HD void sweep_contacts(const Mechanism& m) const {
     const auto leads = [&](std::uint32_t i) { return access.leads_to_contact(i); };
-    each_with_contacts(m, [&](std::uint32_t i) { access.begin_contacts(i); });
+    if (team::is_leader()) access.begin_contacts(links[m.first].mechanism);
     from_root(m, [&](std::uint32_t i) {
       if (leads(i)) this->find_response(i);
     });
@@ -425,9 +395,6 @@ class MechanismSolver : public LinkSolver<Access> {
       substitute<LinkPass::closing>(m);
       if (m.closures > 0) close_loops(m);
     }
-  }
-  FATHOM_HD void take_back_contacts(const Mechanism& m) const {
-    each_with_contacts(m, [&](std::uint32_t i) { access.take_back_contacts(i); });
   }
   template <bool soft>
   FATHOM_HD void sweep_contacts_of(std::uint32_t i) const {
