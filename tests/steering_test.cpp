@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fathom/joint.hpp>
 #include <functional>
 
 #include "world_fixture.hpp"
@@ -57,6 +58,35 @@ TEST(Steering, SpringsMoveFreeBodiesAsSymplecticEulerDoes) {
       EXPECT_NEAR(p.x, x.x, 2e-3) << w;
       EXPECT_NEAR(p.y, y.x, 4e-3) << w;
       EXPECT_NEAR(p.z, z.x, 6e-3) << w;
+    }
+}
+
+// Its joint gives nothing along its way, so each substep moves it along a parabola.
+TEST(Steering, ASpringKeepsItsSwingOnASlider) {
+  for (const SimulatorKind kind : {SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid})
+    for (const float w : {0.1f, 0.3f, 1.0f}) {
+      WorldDef def = quiet_world();
+      def.simulator = kind, def.device = test_device();
+      def.gravity = {};
+      World world(def);
+      BodyDef frame_def = cube({0, 0, 3});
+      frame_def.motion = MotionType::fixed;
+      const BodyId frame = world.add(frame_def);
+      const BodyId body = world.add(dynamic(box({0.25f, 0.25f, 0.25f}), {0.1f, 0, 0}, 1));
+      const Pose at = joint_frame({0.1f, 0, 0}, {1, 0, 0});
+      world.add_joint(prismatic_joint(frame, body, joint_parts::frame_on(world.pose(frame), at),
+                                      joint_parts::frame_on(world.pose(body), at)));
+      const float k = w * w / (dt * dt);
+      const int period = static_cast<int>(2 * pi / w);
+      const auto step = [&] {
+        world.apply_force(body, {-k * world.pose(body).position.x, 0, 0});
+        world.step();
+        return world.pose(body).position.x;
+      };
+      largest_of(20 * period, step);
+      const float largest = largest_of(period + 2, step);
+      EXPECT_LT(largest, 0.1f * greatest(w) * 1.01f) << static_cast<int>(kind) << ' ' << w;
+      EXPECT_GT(largest, 0.095f) << static_cast<int>(kind) << ' ' << w;
     }
 }
 

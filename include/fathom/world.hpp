@@ -218,7 +218,7 @@ class FATHOM_API World {
   void set_user_data(BodyId id, std::uint64_t data);  ///< does not wake the body
   void set_material(BodyId id, const Material& material);  ///< throws what `add` throws for materials
   const Material& material(BodyId id) const;               ///< see `BodyDef::material`
-  void set_filter(BodyId id, Filter filter);               ///< ends contacts that it does not allow
+  void set_filter(BodyId id, Filter filter);               ///< if it is another one, ends contacts it does not allow
   Filter filter(BodyId id) const;                          ///< see `BodyDef::filter`
   /// Keeps two bodies from colliding, whatever their filters, until `include` or until one of them is removed. Their
   /// contact ends, and both wake. A sensor does not see bodies excluded with it. Throws `stale_id`, and
@@ -229,7 +229,7 @@ class FATHOM_API World {
   bool is_excluded(BodyId a, BodyId b) const;  ///< whether `exclude` keeps them apart
   // The next four replace the body under the same id, with its pose, velocity and joints: its contacts end and begin
   // again in the next step, and forces applied since the last step are lost. They throw what `add` throws, and then
-  // leave the body unchanged.
+  // leave the body unchanged. Setting the motion that a body has already, or the same for `sensor`, changes nothing.
 
   /// A body that becomes fixed stops. One that becomes dynamic gets the mass of its shape at 1,000 kg/m³; use
   /// `set_mass` to change it. Also throws `invalid_argument` if a joint would be left without a dynamic body.

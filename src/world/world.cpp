@@ -323,7 +323,6 @@ void World::set_mass(BodyId id, float mass, const std::optional<SymMat3>& inerti
   const std::uint32_t slot = slot_to_change(*simulator_, id, "set mass");
   BodyDef def = simulator_->bodies.definition(slot);
   if (def.motion != MotionType::dynamic) refuse("set mass: the body is not dynamic; only dynamic bodies have a mass");
-  if (mass == this->mass(id) && !inertia && !def.inertia) return;
   def.mass = mass;
   def.inertia = inertia;
   change_body(*simulator_, slot, def, "set mass");
