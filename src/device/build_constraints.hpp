@@ -40,7 +40,7 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
 }
 
 /// Whether contacts have been deferred; colouring then waits for them.
-FATHOM_HD bool is_stopping(const Counters& c) { return c.all_deferred() > 0; }
+FATHOM_HD bool is_stopping(const Counters& c) { return c.needed_manifolds() > 0; }
 
 /// A contact between dynamic bodies takes the lowest colour that is free on both, if any.
 FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* further, Counters& counters) {

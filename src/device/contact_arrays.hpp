@@ -10,6 +10,7 @@
 
 #include <cstdint>
 
+#include "check/check.hpp"
 #include "device/body_arrays.hpp"
 #include "device/tuning.hpp"
 #include "dynamics/rolling.hpp"
@@ -260,12 +261,9 @@ struct Counters {
   std::uint32_t active = 0;  ///< awake bodies; counted only if bodies may sleep
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0;
 
-  std::uint32_t lacking_manifolds = 0;  ///< of the deferred pairs with surfaces
+  std::uint32_t lacking_manifolds = 0;  ///< of the deferred pairs with surfaces, and of fast pairs
 
-  FATHOM_HD std::uint32_t all_deferred() const {
-    return deferred[boxes] + deferred[hulls] + deferred[others] + deferred[surfaces];
-  }
-  /// Manifolds that the deferred contacts need.
+  /// Manifolds for which there was no room.
   FATHOM_HD std::uint32_t needed_manifolds() const {
     return deferred[boxes] + deferred[hulls] + deferred[others] + lacking_manifolds;
   }
@@ -283,10 +281,13 @@ struct Report {
   std::uint32_t overrun = 0;
 };
 
-/// A pair that moves fast for its size. Those of one dynamic body are chained.
+/// A pair that moves fast for its size, or may touch at a seam. A contact is listed at most once in a step. Those of one
+/// dynamic body are chained.
 struct FastPair {
+  static constexpr std::uint32_t lacks_manifold = none - 1;
+
   std::uint32_t contact;
-  std::uint32_t next;  ///< next pair of B, or `none`
+  std::uint32_t next;  ///< next pair of B, `none`, or `lacks_manifold`: to be looked at again when the step resumes
 };
 
 /// A contact with a static or kinematic body. Those of one dynamic body are chained (seams.hpp).
@@ -310,16 +311,18 @@ struct Contacts {
   Of<PairRecord, contact_worklists> found;          ///< pairs found by the search
   Of<std::uint32_t, contact_worklists> to_collide;  ///< lists of contacts, see `listed`
   Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the memory of `found`
-  Of<FastPair, contact_worklists> fast;             ///< `fast_capacity`, two lists, see `fast_at`
+  Of<FastPair, contact_worklists> fast;             ///< two lists, see `fast_at`
   Of<std::uint32_t, contact_worklists> next_of_a;   ///< per entry of `fast` the next pair of A, or `none`; for bullets
   /// Pairs of bodies that the application has refused altogether, ascending, see `refused_key`.
   Of<std::uint64_t, contact_list> refused;
   Of<Vec3, contact_list> own_slides;  ///< m/s, world axes, by contact; null: the application is asked about none
   Of<FixedContact, contact_worklists> fixed_contacts;  ///< by contact; null: there are no seams
   std::uint32_t capacity;
-  std::uint32_t fast_capacity;  ///< a contact may be listed more than once (`reserve_fast`)
 
-  FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? fast_capacity - 1 - k : k; }
+  FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const {
+    FATHOM_ASSERT(k < capacity, k);
+    return has_hull ? capacity - 1 - k : k;
+  }
   /// Index of the k-th contact of a list. Two lists share a range of `capacity` entries, from its two ends.
   FATHOM_HD std::uint32_t listed(ShapePair pairs, std::uint32_t k) const {
     if (pairs == boxes || pairs == hulls) return pairs == boxes ? k : capacity + k;

@@ -162,7 +162,8 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   const std::size_t j = std::max(joints, joint_capacity());
   if (fixed_contacts_.size() > 0) fixed_contacts_.grow(n, exec::Contents::keep);
   capacity_ = n;
-  reserve_fast();
+  fast_.grow(n, exec::Contents::keep);
+  if (next_of_a_.size() > 0) next_of_a_.grow(n, exec::Contents::keep);
 
   const std::size_t m = std::max(manifolds, manifold_capacity());
   manifolds_.grow(m, exec::Contents::keep);
@@ -200,17 +201,7 @@ void ContactMemory::reserve_for_questions() {
   answers_.grow(manifold_capacity_);
 }
 
-void ContactMemory::reserve_for_seams() {
-  fixed_contacts_.grow(capacity_, exec::Contents::keep);
-  reserve_fast();
-}
-
-/// Every contact may be fast. In a step that runs out of room for manifolds, those at seams are listed again (`defer`).
-void ContactMemory::reserve_fast() {
-  const std::size_t times = fixed_contacts_.size() > 0 ? 2 : 1;
-  fast_.grow(times * capacity_, exec::Contents::keep);
-  if (next_of_a_.size() > 0) next_of_a_.grow(fast_.size(), exec::Contents::keep);
-}
+void ContactMemory::reserve_for_seams() { fixed_contacts_.grow(capacity_, exec::Contents::keep); }
 
 void ContactMemory::reserve_for_surfaces(std::uint32_t teams) {
   team_touches_.grow(teams);
@@ -233,7 +224,6 @@ ContactArrays ContactMemory::contacts() {
           .own_slides = own_slides_.data(),
           .fixed_contacts = fixed_contacts_.data(),
           .capacity = static_cast<std::uint32_t>(capacity()),
-          .fast_capacity = static_cast<std::uint32_t>(fast_.size()),
           .manifolds = manifolds_.data(),
           .free_manifolds = free_manifolds_.data(),
           .uncoloured = {uncoloured_0_.data(), uncoloured_1_.data()},

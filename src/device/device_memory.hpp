@@ -130,7 +130,6 @@ class ContactMemory {
   ConstraintArrays constraints();
 
  private:
-  void reserve_fast();
 
   exec::Buffer<Contact> contacts_;
   exec::Buffer<ContactManifold> manifolds_;

@@ -17,7 +17,8 @@ FATHOM_HD Mover mover(const Bodies<written...>& bodies, std::uint32_t i, const P
           velocity};
 }
 
-/// Third pass of the narrow phase; item k is a pair, with a hull or without, that is fast or may touch at a seam.
+/// Third pass of the narrow phase; item k is a pair, with a hull or without, that is fast or may touch at a seam. When a
+/// step resumes that stopped for lack of manifolds, only new ones and those without a manifold are left to look at.
 template <bool with_hulls>
 struct LookAheadPairs {
   static constexpr std::uint32_t group_size = 64;
@@ -28,8 +29,9 @@ struct LookAheadPairs {
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const auto& bodies = changes.bodies;
-    if (k < changes.counters->looked_ahead[with_hulls]) return;
     const std::uint32_t pair = changes.contacts.fast_at(with_hulls, k);
+    const bool was_looked_at = k < changes.counters->looked_ahead[with_hulls];
+    if (was_looked_at && changes.contacts.fast[pair].next != FastPair::lacks_manifold) return;
     const std::uint32_t index = changes.contacts.fast[pair].contact;
     Contact c = changes.contacts.contacts[index];
     const TouchingPieces pieces = pieces_of(bodies, c);
@@ -53,8 +55,10 @@ struct LookAheadPairs {
     const auto& contacts = changes.contacts;
     const auto seams = seams_of(bodies, contacts, dt);
     if (seams.may_have(pieces)) seen = seams.kept(pieces, b_then, margin, seen).manifold;
-    if (!changes.take(index, c, seen, b_then, meets ? found.time : -1)) {
-      changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
+    const bool is_taken = changes.take(index, c, seen, b_then, meets ? found.time : -1);
+    contacts.fast[pair].next = is_taken ? none : FastPair::lacks_manifold;
+    if (!is_taken) {
+      exec::atomic_add(changes.counters->lacking_manifolds, 1u);
       return;
     }
     if (pressed && c.touching()) contacts.manifolds[c.manifold].forget_build();  // the next step must see it

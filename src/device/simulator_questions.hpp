@@ -115,7 +115,7 @@ void DeviceSimulator<D>::ask_about_contacts(Step<D>& step) {
   ContactQuestion* const listed = contact_memory_.contact_questions();
   const Counters counters = count_questions([&] { step.list_contacts_that_ask(listed); });
   // A step that lacks room for manifolds asks once it has them all.
-  if (counters.all_deferred() > 0) return;
+  if (counters.needed_manifolds() > 0) return;
   std::vector<ContactQuestion> questions = download(listed, counters.asked);
   std::ranges::sort(questions, {}, [&](const ContactQuestion& q) {
     const std::uint32_t a = indices_.slot(q.a), b = indices_.slot(q.b);

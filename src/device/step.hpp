@@ -303,7 +303,7 @@ class Step {
   bool has_bullets() const { return settings_.shapes & bullets_bit; }
   ContactChanges contact_changes() const { return {bodies_, contacts_, joints_.apart, counters_, settings_.sag}; }
   exec::Range to_collide(ShapePair pairs) const { return {&counters_->to_collide[pairs], contacts_.capacity}; }
-  exec::Range fast(bool with_hull) const { return {&counters_->fast[with_hull], contacts_.fast_capacity}; }
+  exec::Range fast(bool with_hull) const { return {&counters_->fast[with_hull], contacts_.capacity}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, constraints_.capacity}; }
   std::uint32_t joint_groups() const {
