@@ -281,8 +281,8 @@ struct Report {
   std::uint32_t overrun = 0;
 };
 
-/// A pair that moves fast for its size, or may touch at a seam. A contact is listed at most once in a step. Those of one
-/// dynamic body are chained.
+/// A pair that moves fast for its size, or may touch at a seam. A contact is listed at most once in a step. Those of
+/// one dynamic body are chained.
 struct FastPair {
   static constexpr std::uint32_t lacks_manifold = none - 1;
 

@@ -17,8 +17,8 @@ FATHOM_HD Mover mover(const Bodies<written...>& bodies, std::uint32_t i, const P
           velocity};
 }
 
-/// Third pass of the narrow phase; item k is a pair, with a hull or without, that is fast or may touch at a seam. When a
-/// step resumes that stopped for lack of manifolds, only new ones and those without a manifold are left to look at.
+/// Third pass of the narrow phase; item k is a pair, with a hull or without, that is fast or may touch at a seam. When
+/// a step resumes that stopped for lack of manifolds, only new ones and those without a manifold are left to look at.
 template <bool with_hulls>
 struct LookAheadPairs {
   static constexpr std::uint32_t group_size = 64;
