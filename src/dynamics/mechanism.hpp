@@ -106,11 +106,7 @@ class MechanismSolver : public LinkSolver<Access> {
     turn_all(m, !soft);
     const bool looks_ahead = soft && all(m, [&](std::uint32_t i) { return this->turns_slowly(i, h); });
     if (soft && !looks_ahead) start_anew(m, h);
-    bool follows = solve_with_limits<soft>(m, h, looks_ahead);
-    if (looks_ahead && !all(m, [&](std::uint32_t i) { return this->does_meet(i, h); })) {
-      start_anew(m, h);
-      follows = solve_with_limits<soft>(m, h, false);
-    }
+    const bool follows = solve_with_limits<soft>(m, h, looks_ahead);
     const bool has_contacts = access.solves_contacts(links[m.first].mechanism);
     if (has_contacts) sweep_contacts<soft>(m);
     if (all(m, [&](std::uint32_t i) { return this->is_sound(i, h); })) {
@@ -199,10 +195,12 @@ class MechanismSolver : public LinkSolver<Access> {
   }
 
   /// Solves so that anchors meet at the substep's end, or that they do not move against each other. The latter never
-  /// adds energy, except for the share of gaps that it closes, whatever the arms do within the substep. Starts again
-  /// where the result activates other limits or saturates drives, which the first round usually shows. Where revisions
-  /// do not settle, drives alone are still held to their largest force: each time at least one more, so this ends.
-  /// Returns whether the substep follows all swings.
+  /// adds energy, except for the share of gaps that it closes, whatever the arms do within the substep; it takes the
+  /// former's place where that does not make anchors meet. Starts again where the result activates other limits or
+  /// saturates drives, which the first round usually shows. Where revisions do not settle, drives alone are still held
+  /// to their largest force: each time at least one more, so this ends. Returns whether the substep follows all swings.
+  ///
+  /// One loop does all of this: the code of a solution is too large for a GPU's instruction cache to hold it twice.
   template <bool soft>
   FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead) const {
     for (int revision = 0;; ++revision) {
@@ -212,8 +210,14 @@ class MechanismSolver : public LinkSolver<Access> {
         take_first_round(m, h);
       else
         come_to_rest<soft>(m, h);
-      if (!has_to_revise() && !(looks_ahead && take_more_rounds(m, h) && has_to_revise())) return follows;
-      take_back(m, follows);
+      if (has_to_revise() || (looks_ahead && take_more_rounds(m, h) && has_to_revise())) {
+        take_back(m, follows);
+      } else if (looks_ahead && !all(m, [&](std::uint32_t i) { return this->does_meet(i, h); })) {
+        start_anew(m, h);
+        looks_ahead = false, revision = -1;
+      } else {
+        return follows;
+      }
     }
   }
   /// Also sets the loads to the impulses that bodies carry over. Returns whether the substep follows all swings.
