@@ -130,7 +130,6 @@ class ContactMemory {
   ConstraintArrays constraints();
 
  private:
-
   exec::Buffer<Contact> contacts_;
   exec::Buffer<ContactManifold> manifolds_;
   exec::Buffer<std::uint32_t> free_;
