@@ -200,7 +200,7 @@ class MechanismSolver : public LinkSolver<Access> {
   /// saturates drives, which the first round usually shows. Where revisions do not settle, drives alone are still held
   /// to their largest force: each time at least one more, so this ends. Returns whether the substep follows all swings.
   ///
-  /// One loop does all of this: the code of a solution is too large for a GPU's instruction cache to hold it twice.
+  /// One loop does all of this, so that a GPU's kernel holds the code of a solution once.
   template <bool soft>
   FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead) const {
     for (int revision = 0;; ++revision) {
