@@ -109,8 +109,7 @@ TEST(DeviceSimulator, StepsThatOverflowAreDoneAgain) {
   EXPECT_EQ(crowd(sphere(0.5f), 0, 1, 3).first, roomy.first);
 }
 
-// Nearly all pairs are fast, and most of them lack a manifold. Each is listed once among the fast ones, although it is
-// looked at twice.
+// So many pairs are fast and lack a manifold that their list would overflow if those were listed again.
 TEST(DeviceSimulator, StepsThatOverflowWithFastPairsAreDoneAgain) {
   const Vec3 corners[] = {{0.5f, 0, 0}, {-0.5f, 0, 0}, {0, 0.5f, 0}, {0, -0.5f, 0}, {0, 0, 0.5f}, {0, 0, -0.5f}};
   for (const Shape& shape : {sphere(0.5f), hull(corners)}) {
