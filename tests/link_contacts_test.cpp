@@ -176,13 +176,15 @@ TEST(LinkContact, ASweepStopsWhatTheMechanismWouldMove) {
   pushes.by_impulse[2].linear = {0, 0, 0.01f};
   pushes.by_moment[1].angular = {0, 0.25f, 0};
   ContactBody<LinkResponse> link{{0, 0, -2}, {}, 1, link_response(pushes)};
-  const Wrench push = sweep_link_contact<ContactPass::relax>(contact, link, 0);
+  weigh_link_contact<false>(contact, link);
+  const Wrench push = sweep_link_contact<ContactPass::relax, false>(contact, link, 0);
   EXPECT_FLOAT_EQ(push.force.z, 200);
   EXPECT_NEAR(link.linear.z, 0, 1e-6f);
   EXPECT_FLOAT_EQ(contact.rows.impulses.normal[0], 200);
   // Sliding is braked by what moves with the link, as far as friction goes.
   link.linear = {1, 0, 0};
-  const Wrench friction = sweep_link_contact<ContactPass::relax>(contact, link, 0);
+  weigh_link_contact<false>(contact, link);
+  const Wrench friction = sweep_link_contact<ContactPass::relax, false>(contact, link, 0);
   const float effective = 1 / (0.01f + 0.25f * 0.25f);
   EXPECT_NEAR(friction.force.x, -effective, 1e-3f);
   EXPECT_NEAR(friction.torque.y, 0.5f * effective, 1e-3f);
@@ -195,7 +197,8 @@ TEST(LinkContact, WhatIsNotFiniteGivesNothing) {
   LinkPushes pushes{};
   pushes.by_impulse[2].linear = {0, 0, 0.01f};
   ContactBody<LinkResponse> link{{0, 0, -std::numeric_limits<float>::infinity()}, {}, 1, link_response(pushes)};
-  const Wrench push = sweep_link_contact<ContactPass::relax>(contact, link, 0);
+  weigh_link_contact<false>(contact, link);
+  const Wrench push = sweep_link_contact<ContactPass::relax, false>(contact, link, 0);
   EXPECT_EQ(push.force, Vec3{});
   EXPECT_EQ(contact.rows.impulses.normal[0], 0);
 }

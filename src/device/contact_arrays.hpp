@@ -247,7 +247,8 @@ struct Counters {
   Stretch level[level_slots] = {};       ///< range of each level's bodies
   std::uint32_t level_cursor[level_slots] = {};
 
-  std::uint32_t direct = 0;  ///< mechanisms solved directly
+  std::uint32_t direct = 0;          ///< mechanisms solved directly
+  std::uint32_t pushed_step = none;  ///< the last step in which some mechanism was to push a free body
 
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;

@@ -271,7 +271,9 @@ JointArrays JointMemory::arrays() {
 void MechanismMemory::reserve(const Room& room) {
   records_.grow(room.mechanisms);
   links_.grow(room.links);
+  parents_.grow(room.mechanisms);
   contacts_.grow(room.links);
+  contact_states_.grow(room.links);
   states_.grow(room.links);
   pushes_.grow(room.links);
   levels_.grow(room.levels);
@@ -286,7 +288,10 @@ MechanismArrays MechanismMemory::arrays() {
           .levels = levels_.data(),
           .of_joint = of_joint_.data(),
           .of_body = of_body_.data(),
+          .pushed_by = pushed_by_.data(),
+          .parents = parents_.data(),
           .contacts = contacts_.data(),
+          .contact_states = contact_states_.data(),
           .states = states_.data(),
           .pushes = pushes_.data(),
           .generic = generic_.data(),

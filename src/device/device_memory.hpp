@@ -194,7 +194,10 @@ class MechanismMemory {
         levels_(memory),
         of_joint_(memory),
         of_body_(memory),
+        pushed_by_(memory),
+        parents_(memory),
         contacts_(memory),
+        contact_states_(memory),
         states_(memory),
         pushes_(memory),
         generic_(memory),
@@ -211,7 +214,10 @@ class MechanismMemory {
            room.joints <= of_joint_.size();
   }
   /// Keeps all contents.
-  void reserve_bodies(std::size_t bodies) { of_body_.grow(bodies, exec::Contents::keep); }
+  void reserve_bodies(std::size_t bodies) {
+    of_body_.grow(bodies, exec::Contents::keep);
+    pushed_by_.grow(bodies);
+  }
   bool has_room_for_bodies(std::size_t bodies) const { return bodies <= of_body_.size(); }
   std::size_t capacity() const { return records_.size(); }
   MechanismArrays arrays();
@@ -219,8 +225,9 @@ class MechanismMemory {
  private:
   exec::Buffer<MechanismLink> links_;
   exec::Buffer<MechanismRecord> records_;
-  exec::Buffer<std::uint32_t> levels_, of_joint_, of_body_;
+  exec::Buffer<std::uint32_t> levels_, of_joint_, of_body_, pushed_by_, parents_;
   exec::Buffer<LinkContacts> contacts_;
+  exec::Buffer<LinkContactStates> contact_states_;
   exec::Buffer<LinkState> states_;
   exec::Buffer<LinkPushes> pushes_;
   exec::Buffer<JointLink> generic_;

@@ -6,6 +6,7 @@
 #include "device/contact_arrays.hpp"
 #include "device/mechanism_arrays.hpp"
 #include "device/solve_parameters.hpp"
+#include "device/union_find.hpp"
 #include "dynamics/torn_joint.hpp"
 #include "exec/atomic.hpp"
 
@@ -36,7 +37,10 @@ struct LinkedBodies {
   FATHOM_HD SolverBody body(std::uint32_t /*i*/, const MechanismLink& link) const { return solver_body(link.body); }
   FATHOM_HD SolverBody solver_body(std::uint32_t i) const { return bodies->solver[i].body(); }
   FATHOM_HD void set_velocity(std::uint32_t /*i*/, const MechanismLink& link, Vec3 linear, Vec3 angular) const {
-    SolverQuads& to = bodies->solver[link.body];
+    set_velocity(link.body, linear, angular);
+  }
+  FATHOM_HD void set_velocity(std::uint32_t body, Vec3 linear, Vec3 angular) const {
+    SolverQuads& to = bodies->solver[body];
     to.linear = quad(linear, to.linear.w), to.angular = quad(angular, to.angular.w);
   }
   FATHOM_HD void add_velocity(std::uint32_t i, const MechanismLink& link, Vec3 linear, Vec3 angular) const {
@@ -83,39 +87,84 @@ struct LinkedBodies {
   FATHOM_HD bool leads_to_contact(std::uint32_t i) const { return mechanisms->contacts[i].leads != 0; }
   FATHOM_HD bool has_contacts(std::uint32_t i) const { return mechanisms->contacts[i].count > 0; }
   FATHOM_HD LinkPushes& pushes(std::uint32_t i) const { return mechanisms->pushes[i]; }
-  // Sweeps find impulses and obstacles where they are.
-  FATHOM_HD static void begin_contacts(std::uint32_t) {}
-  FATHOM_HD static void end_contacts(std::uint32_t, bool) {}
+  /// Calls act(state, constraint, head, other body) for each of a link's contacts.
+  template <class Act>
+  FATHOM_HD void each_contact(std::uint32_t i, const Act& act) const {
+    const LinkContacts& contacts = mechanisms->contacts[i];
+    for (std::uint32_t n = 0; n < contacts.count; ++n) {
+      const std::uint32_t k = contacts.constraints[n];
+      const ConstraintHead head = constraints->heads[k];
+      act(mechanisms->contact_states[i].contacts[n], k, head, head.b == mechanisms->links[i].body ? head.a : head.b);
+    }
+  }
+  FATHOM_HD void begin_contacts(std::uint32_t i, const LinkResponse& response) const {
+    const ContactBody<LinkResponse> link{{}, {}, 1, response};
+    each_contact(i, [&](LinkContactState& state, std::uint32_t k, const ConstraintHead& head, std::uint32_t other) {
+      LinkContact contact = load_link_contact(k, head, other);
+      state.impulses = contact.rows.impulses;
+      state.sum = state.impulses.sum();
+      state.before.linear = contact.other.linear, state.before.angular = contact.other.angular;
+      if (contact.is_pushable)
+        weigh_link_contact<true>(contact, link);
+      else
+        weigh_link_contact<false>(contact, link);
+      state.masses = LinkContactMasses::of(contact.rows);
+    });
+  }
+  FATHOM_HD void end_contacts(std::uint32_t i, bool ends_substep) const {
+    each_contact(i, [&](const LinkContactState& state, std::uint32_t k, const ConstraintHead&, std::uint32_t) {
+      ContactImpulses impulses = state.impulses;
+      if (ends_substep) impulses.step = step_impulse_with(impulses.step, state.sum, impulses.sum());
+      Quad* const rows = rows_of(*constraints, k);
+      store_normal_impulses(rows, impulses);
+      store_friction_impulses(rows, impulses);
+    });
+  }
+  FATHOM_HD void take_back_contacts(std::uint32_t i) const {
+    each_contact(i, [&](const LinkContactState& state, std::uint32_t, const ConstraintHead& head, std::uint32_t other) {
+      if (!(head.bits & pushes_fixed_bit)) set_velocity(other, state.before.linear, state.before.angular);
+    });
+  }
+  // Sweeps find obstacles where they are.
   FATHOM_HD static void move_obstacles(std::uint32_t, float) {}
   template <ContactPass pass>
   FATHOM_HD Wrench sweep_contacts(std::uint32_t i, ContactBody<LinkResponse>& link) const {
-    const LinkContacts& contacts = mechanisms->contacts[i];
     Wrench sum;
-    for (std::uint32_t n = 0; n < contacts.count; ++n) sum += sweep_contact<pass>(contacts.constraints[n], link);
+    each_contact(i, [&](LinkContactState& state, std::uint32_t k, const ConstraintHead& head, std::uint32_t other) {
+      LinkContact contact = load_link_contact(k, head, other);
+      contact.rows.impulses = state.impulses;
+      state.masses.put_into(contact.rows);
+      if (contact.is_pushable) {
+        sum += sweep_link_contact<pass, true>(contact, link, parameters->friction_lead);
+        set_velocity(other, contact.other.linear, contact.other.angular);
+      } else {
+        sum += sweep_link_contact<pass, false>(contact, link, parameters->friction_lead);
+      }
+      state.impulses = contact.rows.impulses;
+    });
     return sum;
   }
-  template <ContactPass pass>
-  FATHOM_HD Wrench sweep_contact(std::uint32_t k, ContactBody<LinkResponse>& link) const {
-    const ConstraintHead head = constraints->heads[k];
+  FATHOM_HD LinkContact load_link_contact(std::uint32_t k, const ConstraintHead& head, std::uint32_t other_body) const {
     Quad* const rows = rows_of(*constraints, k);
     Quad q[row_count];
     for (std::uint32_t r = 0; r < row_count; ++r) q[r] = rows[r * tile_width];
     LinkContact contact;
     load_contact(q, static_cast<int>(head.bits & point_bits), contact.rows);
     contact.rows.bounce.restitution = head.bits & bounces_bit ? 1.0f : 0.0f;
-    contact.soft = contact_step(1 / parameters->h, parameters->contacts.fixed, parameters->push_out_velocity);
-    const SolverBody obstacle = solver_body(head.a);
-    contact.obstacle.linear = obstacle.linear, contact.obstacle.angular = obstacle.angular;
-    contact.obstacle.moved = obstacle.moved, contact.obstacle.turned = obstacle.turned;
+    contact.soft = link_contact_step(parameters->h, parameters->push_out_velocity);
+    const SolverBody other = solver_body(other_body);
+    contact.other.linear = other.linear, contact.other.angular = other.angular;
+    contact.other.moved = other.moved, contact.other.turned = other.turned;
+    contact.link_is_a = other_body == head.b;
+    contact.is_pushable = !(head.bits & pushes_fixed_bit);
     contact.on_surface = head.has(row_extra);
     if (contact.on_surface) contact.surface = constraints->extras[k].surface;
-    ContactImpulses& impulses = contact.rows.impulses;
-    const float before = impulses.sum();
-    const Wrench push = sweep_link_contact<pass>(contact, link, parameters->friction_lead);
-    if (pass == ContactPass::relax) impulses.step = step_impulse_with(impulses.step, before, impulses.sum());
-    store_normal_impulses(rows, impulses);
-    store_friction_impulses(rows, impulses);
-    return push;
+    if (contact.is_pushable) {
+      contact.other.inverse_mass = 1;
+      contact.other.inverse_inertia = free_response(
+          other.inverse_mass, world_inertia<SymMat3>(*bodies, other_body, other.inverse_mass, other.inverse_inertia));
+    }
+    return contact;
   }
   FATHOM_HD float push_out_velocity() const { return parameters->push_out_velocity; }
   FATHOM_HD SpeedLimits limits(float /*h*/) const { return parameters->limits; }
@@ -154,8 +203,13 @@ struct TakeMechanisms {
   }
 };
 
-/// Lists the contacts with obstacles that mechanisms are to solve.
+/// Lists the contacts that mechanisms are to solve: first those with obstacles; if there are any with free bodies, then
+/// clusters of the mechanisms that push the same ones, and these contacts.
 struct ListLinkContacts {
+  static constexpr bool ends_at_empty_phase = true;
+  static constexpr std::uint32_t group_size = 128;
+  static constexpr std::uint32_t max_phases = 5;
+
   Bodies<> bodies;
   Contacts<> contacts;
   Constraints<> constraints;
@@ -163,21 +217,79 @@ struct ListLinkContacts {
   Counters* counters;
   float dt;  ///< s
 
-  FATHOM_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t number = constraints.contact[k];
-    if (counters->stopped || number & joint_tag) return;
-    const Contact& contact = contacts.contacts[number];
-    const std::uint32_t body = constraints.bodies[k].b;
-    if (!contact.fixed_a() || contact.ahead() || contact.colour() == overflow_colour) return;
-    const std::uint32_t i = mechanisms.link_of(body, counters->mechanism_links);
-    if (i == none) return;
-    const float impulse = contacts.manifolds[constraints.manifold[k]].step_impulse;
-    if (!is_for_mechanism(mechanisms.links[i], impulse, bodies.constants[body].inverse_mass,
-                          length(counters->gravity) * dt))
+  FATHOM_HD std::uint32_t phases() const { return counters->stopped ? 0 : max_phases; }
+  FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
+    if (phase == 0) return counters->constraints;
+    if (exec::atomic_load(counters->pushed_step) != counters->step) return 0;
+    return phase == gather ? counters->mechanisms : counters->constraints;
+  }
+  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t k) const {
+    if (phase == gather) return gather_cluster(k);
+    const Found found = find(k);
+    if (found.link == none) return;
+    if (phase == begin) {
+      if (found.free == none) {
+        exec::atomic_store(mechanisms.records[mechanism_of(found)].stands, 1u);
+        return add(found.link, k);
+      }
+      mechanisms.parents[mechanism_of(found)] = mechanism_of(found);
+      mechanisms.pushed_by[found.free] = none;
+      exec::atomic_store(counters->pushed_step, counters->step);
+    } else if (found.free == none) {
       return;
-    LinkContacts& list = mechanisms.contacts[i];
+    } else if (phase == claim) {
+      exec::atomic_min(mechanisms.pushed_by[found.free], mechanism_of(found));
+      exec::atomic_store(mechanisms.records[mechanism_of(found)].leader, mechanism_of(found));
+    } else if (phase == join) {
+      unite(mechanisms.parents, mechanisms.pushed_by[found.free], mechanism_of(found));
+    } else {
+      const MechanismRecord& record = mechanisms.records[mechanism_of(found)];
+      if (mechanisms.records[record.leader].has_small_cluster()) add(found.link, k);
+    }
+  }
+
+ private:
+  enum Phase : std::uint32_t { begin, claim, join, gather, append };
+
+  struct Found {
+    std::uint32_t link = none;
+    std::uint32_t free = none;  ///< a body, or none: an obstacle
+  };
+  FATHOM_HD std::uint32_t mechanism_of(const Found& found) const { return mechanisms.links[found.link].mechanism; }
+
+  /// The link that constraint k is a contact of, if its mechanism is to solve it.
+  FATHOM_HD Found find(std::uint32_t k) const {
+    const std::uint32_t number = constraints.contact[k];
+    if (number & joint_tag) return {};
+    const Contact& contact = contacts.contacts[number];
+    if (contact.ahead() || contact.colour() == overflow_colour) return {};
+    const PairRecord pair = constraints.bodies[k];
+    const bool fixed_a = contact.fixed_a();
+    const std::uint32_t a = fixed_a ? none : mechanisms.link_of(pair.a, counters->mechanism_links);
+    const std::uint32_t b = mechanisms.link_of(pair.b, counters->mechanism_links);
+    if ((a == none) == (b == none)) return {};
+    const Found found{a == none ? b : a, fixed_a ? none : a == none ? pair.a : pair.b};
+    if (found.free != none && bodies.joint_colours[found.free] != 0) return {};
+    const MechanismLink& link = mechanisms.links[found.link];
+    const float impulse = contacts.manifolds[constraints.manifold[k]].step_impulse;
+    const float inverse_mass = bodies.constants[link.body].inverse_mass, fall = length(counters->gravity) * dt;
+    const bool is_solved =
+        found.free == none ? is_for_mechanism(link, impulse, inverse_mass, fall)
+                           : is_for_mechanism(impulse, inverse_mass + bodies.constants[found.free].inverse_mass, fall);
+    return is_solved ? found : Found{};
+  }
+  FATHOM_HD void add(std::uint32_t link, std::uint32_t k) const {
+    LinkContacts& list = mechanisms.contacts[link];
     const std::uint32_t n = exec::atomic_add(list.count, 1u);
     if (n < LinkContacts::most) list.constraints[n] = k;
+  }
+  FATHOM_HD void gather_cluster(std::uint32_t m) const {
+    MechanismRecord& record = mechanisms.records[m];
+    if (record.leader == none) return;
+    record.leader = root_of(mechanisms.parents, m);
+    MechanismRecord& leader = mechanisms.records[record.leader];
+    const std::uint32_t n = exec::atomic_add(leader.cluster_size, 1u);
+    if (n < max_cluster) leader.cluster[n] = m;
   }
 };
 
@@ -196,6 +308,7 @@ struct CheckLinks {
     MechanismRecord& record = mechanisms.records[link.mechanism];
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
     if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
+    if (link.obstacle != none) exec::atomic_store(record.stands, 1u);
     if (link.is_copy()) return;
     const bool solves_contacts = take_contacts(i);
     if (is_solved && is_in_contact(link.body)) {
@@ -273,7 +386,8 @@ struct ClearMechanisms {
 
   FATHOM_HD void operator()(std::uint32_t m) const {
     MechanismRecord& record = mechanisms.records[m];
-    record.is_blocked = record.is_acted_on = 0;
+    record.is_blocked = record.is_acted_on = record.stands = record.cluster_size = 0;
+    record.leader = none;
     for (std::uint32_t i = record.tree.first; i < record.tree.end; ++i)
       mechanisms.contacts[i].count = mechanisms.contacts[i].leads = 0;
   }

@@ -31,15 +31,18 @@ struct MarkOverload {
     const float load = impulse / weight;
     const float half = thinner_half(head);
     const float bodies_stiffness = (fixed_a ? fixed_stiffness_ratio : 1.0f) * stiffness / gravity;
+    const bool is_linked = load > pressing_load && mechanisms.solves(k, head.a, head.b, counters->mechanism_links);
     // Avoids the cube root for thick bodies under small loads, the most frequent case.
-    if (half * bodies_stiffness > 343 && load <= 12) return;
-    if (!(load > sweep_load(half, bodies_stiffness)) || is_moving(k, head, loaded_speed)) return;
-    if (fixed_a && is_solved_by_mechanism(k, head.b)) return;
+    if (half * bodies_stiffness > 343 && load <= 12 && !is_linked) return;
+    const float swept = sweep_load(half, bodies_stiffness), most = is_linked ? min(pressing_load, swept) : swept;
+    if (!(load > most) || is_moving(k, head, loaded_speed)) return;
+    if (is_linked && !may_load(k, fixed_a)) return;
     const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
-    const float ratio = lasting / (inertia_load(half, bodies_stiffness) * weight);
+    const float ratio = lasting / ((is_linked ? most : inertia_load(half, bodies_stiffness)) * weight);
     const std::uint32_t step = counters->step + 1;
-    if (!fixed_a) mark(head.a, step, wanted(head.a, ratio, inverse_a, sum));
-    mark(head.b, step, wanted(head.b, ratio, inverse_b, sum));
+    const float heavier = 1 / (fixed_a ? inverse_b : min(inverse_a, inverse_b));  // of the two bodies (kg)
+    if (!fixed_a) mark(head.a, step, wanted(head.a, ratio, inverse_a, sum, heavier));
+    mark(head.b, step, wanted(head.b, ratio, inverse_b, sum, heavier));
   }
   /// The constraint's lift (m) after the step, at the end of which it is `depth` (m) deep (dynamics/lift.hpp).
   FATHOM_HD float lift(std::uint32_t k, float lift, float depth, float impulse) const {
@@ -53,13 +56,8 @@ struct MarkOverload {
   }
 
  private:
-  FATHOM_HD bool is_solved_by_mechanism(std::uint32_t k, std::uint32_t body) const {
-    const std::uint32_t i = mechanisms.capacity > 0 ? mechanisms.link_of(body, counters->mechanism_links) : none;
-    if (i == none) return false;
-    const LinkContacts& list = mechanisms.contacts[i];
-    bool does = false;
-    for (std::uint32_t n = 0; n < list.count; ++n) does = does || list.constraints[n] == k;
-    return does;
+  FATHOM_HD bool may_load(std::uint32_t k, bool fixed_a) const {
+    return !fixed_a && carries_weight(rows_of(constraints, k)[0].xyz(), normalize(-counters->gravity));
   }
   FATHOM_HD float thickness(std::uint32_t i) const { return half_thickness(bodies.constants[i]); }
   /// Weight of the contact's own bodies over a step (N·s).
@@ -83,9 +81,11 @@ struct MarkOverload {
     const Vec3 change = bodies.solver[i].linear.xyz() - bodies.velocities[i].linear;
     return length(change) * inertia_scale(bodies, *counters, i) / inverse_mass;
   }
-  FATHOM_HD float wanted(std::uint32_t i, float ratio, float inverse_mass, float inverse_sum) const {
+  FATHOM_HD float wanted(std::uint32_t i, float ratio, float inverse_mass, float inverse_sum, float heavier) const {
     const BodySupport& s = bodies.support[i];
-    return wanted_inertia(ratio, inverse_mass, inverse_sum, s.level > 0 ? s.heaviest : 0.0f);
+    float most = s.level > 0 ? s.heaviest : 0.0f;
+    if (!(most > 0) && mechanisms.stands(i, counters->mechanism_links)) most = heavier;
+    return wanted_inertia(ratio, inverse_mass, inverse_sum, most);
   }
   FATHOM_HD void mark(std::uint32_t i, std::uint32_t step, float wanted) const {
     BodySupport& s = bodies.support[i];

@@ -96,6 +96,11 @@ struct PrepareConstraints {
       }
       constraints.extras[k] = extras;
     }
+    const bool is_linked = mechanisms.solves(k, pair.a, pair.b, counters->mechanism_links);
+    if (is_linked) {
+      const float fall = 2 * half_step * length(counters->gravity);
+      even_out(made, m.step_impulse * (both.a.inverse_mass + both.b.inverse_mass) / fall);
+    }
     Quad* const rows = rows_of(constraints, k);
     store_frame(rows, made.frame);
     for (int i = 0; i < max_manifold_points; ++i)
@@ -114,9 +119,13 @@ struct PrepareConstraints {
     }
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     bits |= ranks_of(pair, contact.colour());
-    const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u) |
-                                 hold_extras(pair, contact, m, both);
-    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(made.count) | bits, extras};
+    const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u);
+    ConstraintHead& head = constraints.heads[k];
+    head = {pair.a, pair.b, static_cast<std::uint32_t>(made.count) | bits, extras};
+    if (is_linked)
+      head.set_held(1);
+    else
+      head.held_and_extras |= hold_extras(pair, contact, m, both);
   }
 
   /// `inertia_extra` and `jointed_bits`. Bodies with joints keep the whole push-out velocity: torn joints press them

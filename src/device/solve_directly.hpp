@@ -142,8 +142,24 @@ struct SolveDirectly {
   FATHOM_HD const auto& bodies() const { return solver.bodies; }
   FATHOM_HD const auto& constraints() const { return solver.constraints; }
 
-  /// The direct solution of a mechanism after a sweep.
+  /// The direct solution of a mechanism after a sweep, or of all mechanisms of its cluster.
   FATHOM_HD void solve_mechanism(const typename Solver::Cursor& at, std::uint32_t number) const {
+    const std::uint32_t leader = mechanisms.records[number].leader;
+    const bool is_alone = leader == none || !mechanisms.records[leader].has_small_cluster();
+    if (!is_alone && leader != number) return;
+    for (std::uint32_t next = number; next != none;) {
+      solve_mechanism_alone(at, next);
+      next = is_alone ? none : next_of_cluster(mechanisms.records[leader], next);
+    }
+  }
+  /// The one with the next larger number.
+  FATHOM_HD static std::uint32_t next_of_cluster(const MechanismRecord& leader, std::uint32_t number) {
+    std::uint32_t next = none;
+    for (std::uint32_t n = 0; n < leader.cluster_size; ++n)
+      if (leader.cluster[n] > number && leader.cluster[n] < next) next = leader.cluster[n];
+    return next;
+  }
+  FATHOM_HD void solve_mechanism_alone(const typename Solver::Cursor& at, std::uint32_t number) const {
     if constexpr (kinds != JointKinds::absent) {
       const MechanismRecord& record = mechanisms.records[number];
       if (!record.is_direct()) return;
@@ -153,7 +169,7 @@ struct SolveDirectly {
         if (solver.has_just_moved(at)) move_by_means(direct, record.tree);
         return direct.relax(record.tree, h);
       }
-      if (at.what == Solver::warm) return direct.warm_start(record.tree, h, false);
+      if (at.what == Solver::warm && direct.warm_start(record.tree, h, false)) return;
       if (at.what == Solver::push_first) direct.warm_start(record.tree, h, true);
       direct.pull_together(record.tree, h);
     }

@@ -198,8 +198,8 @@ class Step {
       device_.parallel_groups(joint_groups(), LayOutConstraints<JointsToLayOut>{joints, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
     if (has_mechanisms())
-      device_.parallel_for(constraints(),
-                           ListLinkContacts{bodies_, contacts_, constraints_, mechanisms_, counters_, settings_.dt});
+      device_.parallel_phases(ListLinkContacts::max_phases, std::max(constraints_.capacity, mechanisms_.capacity),
+                              ListLinkContacts{bodies_, contacts_, constraints_, mechanisms_, counters_, settings_.dt});
     if (has_mechanisms()) device_.parallel_for(links(), CheckLinks{bodies_, joints_, mechanisms_, counters_});
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h, settings_.dt});
     if (has_mechanisms()) device_.parallel_for(links(), PrepareMechanisms{bodies_, joints_, mechanisms_, counters_});

@@ -83,6 +83,7 @@ struct SupportFactors {
   /// The body farther from the ground stores in the contact how far both were held.
   FATHOM_HD void stiffen(std::uint32_t contact, std::uint32_t i, std::uint32_t level) const {
     ConstraintHead& head = constraints.heads[contact];
+    if (head.held() > 0) return;  // a mechanism solves it
     float held = bodies.support[i].held;
     if (!(head.bits & pushes_fixed_bit)) {
       const BodySupport& other = bodies.support[other_of(head, i)];

@@ -115,10 +115,11 @@ class JointLink {
   /// alone would let such a limit go in the next substep, because the contacts' sweep turns the light link back, and
   /// then the contacts press the axis past it. So it acts throughout that substep, and as long as it presses.
   FATHOM_LANE_FUNCTION void note_pressed(const LinkPair& pair, Real h, Mask contacts);
-  /// Whether a drive exceeds its largest force according to the rounds' result.
-  FATHOM_LANE_FUNCTION Mask overdrives(const LinkPair& pair) const;
+  /// Whether a drive exceeds its largest force according to the rounds' result. `motors_only`: friction, which drives
+  /// nothing, may exceed its own.
+  FATHOM_LANE_FUNCTION Mask overdrives(const LinkPair& pair, bool motors_only) const;
   /// Puts those drives at their largest force, which they keep in this solution. True where there is one.
-  FATHOM_LANE_FUNCTION Mask restrain(const LinkPair& pair);
+  FATHOM_LANE_FUNCTION Mask restrain(const LinkPair& pair, bool motors_only);
   /// Whether held axes will be within `share` (of the arms, or rad) of the rounds' aim.
   FATHOM_LANE_FUNCTION Mask meets(const LinkPair& pair, Real share, Real h);
   FATHOM_LANE_FUNCTION void take_back();
@@ -223,10 +224,14 @@ class JointLink {
   FATHOM_LANE_FUNCTION Mask exceeds_most(int i, Real given) const {
     return inverted(either(is_at_most(i), abs(given) <= (1 + drive_slack) * axis(i).most));
   }
+  FATHOM_LANE_FUNCTION Mask is_friction(int i) const {
+    const GenericAxis<Real>& a = axis(i);
+    return both(a.velocity == 0.0f, both(a.approach == 0.0f, inverted(a.compliance > 0.0f)));
+  }
   /// Calls `act(i, has, given)` for the axes whose drive acts where it `has` a coordinate and no limit holds it;
   /// `given`: its impulse.
   template <class Act>
-  FATHOM_LANE_FUNCTION void each_drive(const LinkPair& pair, const Act& act) const;
+  FATHOM_LANE_FUNCTION void each_drive(const LinkPair& pair, bool motors_only, const Act& act) const;
 
   // Only words as long as a Real: lanes are separated word by word. First what `begin` sets; solutions set the rest.
   Flag is_b_{}, reacts_{}, moves_{};  // same in all lanes
@@ -657,23 +662,26 @@ FATHOM_LANE_FUNCTION Mask JointLink::revise(const LinkPair& pair, Real h, Mask a
 }
 
 template <class Act>
-FATHOM_LANE_FUNCTION void JointLink::each_drive(const LinkPair& pair, const Act& act) const {
+FATHOM_LANE_FUNCTION void JointLink::each_drive(const LinkPair& pair, bool motors_only, const Act& act) const {
   for (int i = 0; i < axis_count; ++i) {
-    if (!is_driven(i) || is_locked(i)) continue;
+    if (!(first_lane(axis(i).most) > 0) || is_locked(i)) continue;
     const OfAxis now = part_of(i, force_ + force_more_, torque_ + torque_more_);
-    act(i, both(now.has, inverted(is_at_limit(i))), now.impulse - of_armature(i, rate(i, pair)));
+    Mask acts = both(now.has, inverted(is_at_limit(i)));
+    if (motors_only) acts = both(acts, inverted(is_friction(i)));
+    act(i, acts, now.impulse - of_armature(i, rate(i, pair)));
   }
 }
 
-FATHOM_LANE_FUNCTION Mask JointLink::overdrives(const LinkPair& pair) const {
+FATHOM_LANE_FUNCTION Mask JointLink::overdrives(const LinkPair& pair, bool motors_only) const {
   Mask does = is_set(Flag{});
-  each_drive(pair, [&](int i, Mask has, Real given) { does = either(does, both(has, exceeds_most(i, given))); });
+  each_drive(pair, motors_only,
+             [&](int i, Mask has, Real given) { does = either(does, both(has, exceeds_most(i, given))); });
   return does;
 }
 
-FATHOM_LANE_FUNCTION Mask JointLink::restrain(const LinkPair& pair) {
+FATHOM_LANE_FUNCTION Mask JointLink::restrain(const LinkPair& pair, bool motors_only) {
   Mask changes = is_set(Flag{});
-  each_drive(pair, [&](int i, Mask has, Real given) {
+  each_drive(pair, motors_only, [&](int i, Mask has, Real given) {
     const Mask exceeds = both(has, exceeds_most(i, given));
     limits_.at_minus[i] = select(exceeds, flag(given < 0.0f), limits_.at_minus[i]);
     limits_.at_most[i] = flag(either(is_at_most(i), exceeds));

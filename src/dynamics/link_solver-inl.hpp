@@ -492,12 +492,12 @@ struct LinkSolver {
     if (has_generic(i)) generic(i).note_pressed(pair_of(i), h, contacts);
   }
   /// Whether some drive exceeds its largest force …
-  FATHOM_LANE_FUNCTION Mask overdrives(std::uint32_t i) const {
-    return has_generic(i) ? generic(i).overdrives(pair_of(i)) : is_set(Flag{});
+  FATHOM_LANE_FUNCTION Mask overdrives(std::uint32_t i, bool motors_only) const {
+    return has_generic(i) ? generic(i).overdrives(pair_of(i), motors_only) : is_set(Flag{});
   }
   /// … and is put at it.
-  FATHOM_LANE_FUNCTION Mask restrain(std::uint32_t i) const {
-    return has_generic(i) ? generic(i).restrain(pair_of(i)) : is_set(Flag{});
+  FATHOM_LANE_FUNCTION Mask restrain(std::uint32_t i, bool motors_only) const {
+    return has_generic(i) ? generic(i).restrain(pair_of(i), motors_only) : is_set(Flag{});
   }
   /// Whether a solution leaves the body with an allowed velocity.
   FATHOM_LANE_FUNCTION Mask is_sound(std::uint32_t i, Real h) const {

@@ -29,7 +29,8 @@ namespace fathom {
 ///     solves_contacts(mechanism); leads_to_contact(i): the link, or one below it, has contacts that the mechanism
 ///     solves; has_contacts(i)
 ///     pushes(i): LinkPushes&;  sweep_contacts<pass>(i, link): Wrench (`sweep_link_contact`)
-///     begin_contacts(mechanism), end_contacts(mechanism, ends_substep): before and after their impulses change
+///     begin_contacts(i, response): before the impulses of a link's contacts change; then
+///     end_contacts(i, ends_substep), or take_back_contacts(i) if the changes are not to count
 ///     move_obstacles(mechanism, h): of those contacts
 template <class Access>
 class MechanismSolver : public LinkSolver<Access> {
@@ -50,15 +51,19 @@ class MechanismSolver : public LinkSolver<Access> {
   }
   /// Applies the last step's impulses, or forgets them. Along arms that have turned since, they may spin a thin rod
   /// about its axis several times per substep, which contacts would mistake for surface speed; then all of them are
-  /// dropped.
-  FATHOM_HD void warm_start(const Mechanism& m, float h, bool forgets) const {
+  /// dropped, and this returns false: `pull_together` has to follow and find new ones. Contacts have been given theirs,
+  /// and a sweep would otherwise find a light link that carries a heavy one at hundreds of m/s.
+  FATHOM_HD bool warm_start(const Mechanism& m, float h, bool forgets) const {
     let_closures_go(m);
-    if (forgets)
+    if (forgets) {
       each(m, [&](std::uint32_t i) { forget_link(i); });
-    else if (all(m, [&](std::uint32_t i) { return this->is_carried_slowly(i, h); }))
+    } else if (all(m, [&](std::uint32_t i) { return this->is_carried_slowly(i, h); })) {
       each(m, [&](std::uint32_t i) { this->give_carried(i, 1); });
-    else
+    } else {
       each(m, [&](std::uint32_t i) { this->let_go(i); });
+      return false;
+    }
+    return true;
   }
   /// Before positions move.
   FATHOM_HD void pull_together(const Mechanism& m, float h) const { solve<true>(m, h); }
@@ -106,14 +111,16 @@ class MechanismSolver : public LinkSolver<Access> {
     turn_all(m, !soft);
     const bool looks_ahead = soft && all(m, [&](std::uint32_t i) { return this->turns_slowly(i, h); });
     if (soft && !looks_ahead) start_anew(m, h);
-    const bool follows = solve_with_limits<soft>(m, h, looks_ahead);
     const bool has_contacts = access.solves_contacts(links[m.first].mechanism);
-    if (has_contacts) sweep_contacts<soft>(m);
+    const bool follows = solve_with_limits<soft>(m, h, looks_ahead, has_contacts);
     if (all(m, [&](std::uint32_t i) { return this->is_sound(i, h); })) {
       if (soft) each(m, [&](std::uint32_t i) { this->note_pressed(i, h, has_contacts); });
       apply_all<soft>(m, h, follows);
-      if (has_contacts && team::is_leader()) access.end_contacts(links[m.first].mechanism, !soft);
-    } else if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
+      if (has_contacts) each_with_contacts(m, [&](std::uint32_t i) { access.end_contacts(i, !soft); });
+      return;
+    }
+    if (has_contacts) take_back_contacts(m);
+    if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
       forget(m);
     else if (soft)
       start_anew(m, h);
@@ -126,6 +133,12 @@ class MechanismSolver : public LinkSolver<Access> {
   FATHOM_HD static void each(const Mechanism& m, const Act& act) {
     for (std::uint32_t i = m.first + team::item(); i < m.end; i += team::items) act(i);
     team::sync();
+  }
+  template <class Act>
+  FATHOM_HD void each_with_contacts(const Mechanism& m, const Act& act) const {
+    each(m, [&](std::uint32_t i) {
+      if (access.has_contacts(i)) act(i);
+    });
   }
   template <class Test>
   FATHOM_HD static bool all(const Mechanism& m, const Test& test) {
@@ -195,16 +208,24 @@ class MechanismSolver : public LinkSolver<Access> {
   }
 
   /// Solves so that anchors meet at the substep's end, or that they do not move against each other. The latter never
-  /// adds energy, except for the share of gaps that it closes, whatever the arms do within the substep; it takes the
-  /// former's place where that does not make anchors meet. Starts again where the result activates other limits or
+  /// adds energy, except for the share of gaps that it closes, whatever the arms do within the substep; where looking
+  /// ahead does not make anchors meet, it takes its place. Starts again where the result activates other limits or
   /// saturates drives, which the first round usually shows. Where revisions do not settle, drives alone are still held
-  /// to their largest force: each time at least one more, so this ends. Returns whether the substep follows all swings.
+  /// to their largest force: each time at least one more, so this ends.
   ///
-  /// One loop does all of this, so that a GPU's kernel holds the code of a solution once.
+  /// Then come sweeps over the contacts together with all joints, which keep the limits and drives that they have
+  /// found. But a motor that would have to give more than its largest force against the contacts is put at that force,
+  /// and all is solved again. Friction may hold more for a substep: it drives nothing.
+  ///
+  /// One loop for all of this, because a GPU's instruction cache does not hold the solution twice. Returns whether the
+  /// substep follows all swings.
   template <bool soft>
-  FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead) const {
+  FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead, bool has_contacts) const {
+    bool is_settled = !soft;  // limits and drives stay, apart from motors against contacts
     for (int revision = 0;; ++revision) {
-      const auto has_to_revise = [&] { return soft && (revision < max_revisions ? revise(m, h) : restrain(m)); };
+      const auto has_to_revise = [&] {
+        return !is_settled && (revision < max_revisions ? revise(m, h) : restrain(m, false));
+      };
       const bool follows = eliminate_all<soft>(m, h, looks_ahead);
       if (looks_ahead)
         take_first_round(m, h);
@@ -212,12 +233,19 @@ class MechanismSolver : public LinkSolver<Access> {
         come_to_rest<soft>(m, h);
       if (has_to_revise() || (looks_ahead && take_more_rounds(m, h) && has_to_revise())) {
         take_back(m, follows);
-      } else if (looks_ahead && !all(m, [&](std::uint32_t i) { return this->does_meet(i, h); })) {
+        continue;
+      }
+      if (looks_ahead && !is_settled && !all(m, [&](std::uint32_t i) { return this->does_meet(i, h); })) {
         start_anew(m, h);
         looks_ahead = false, revision = -1;
-      } else {
-        return follows;
+        continue;
       }
+      is_settled = true;
+      if (!has_contacts) return follows;
+      sweep_contacts<soft>(m);
+      if (!restrain(m, true)) return follows;
+      take_back_contacts(m);
+      take_back(m, follows);
     }
   }
   /// Also sets the loads to the impulses that bodies carry over. Returns whether the substep follows all swings.
@@ -265,8 +293,8 @@ class MechanismSolver : public LinkSolver<Access> {
   FATHOM_HD bool revise(const Mechanism& m, float h) const {
     return !all(m, [&](std::uint32_t i) { return !Base::revise(i, h, true); });
   }
-  FATHOM_HD bool restrain(const Mechanism& m) const {
-    return !all(m, [&](std::uint32_t i) { return !Base::restrain(i); });
+  FATHOM_HD bool restrain(const Mechanism& m, bool motors_only) const {
+    return !all(m, [&](std::uint32_t i) { return !Base::restrain(i, motors_only); });
   }
 
   FATHOM_HD void turn_all(const Mechanism& m, bool relaxes) const {
@@ -384,14 +412,13 @@ class MechanismSolver : public LinkSolver<Access> {
 
   // --- contacts ----------------------------------------------------------------------------------------------------
 
-  /// Sweeps over the contacts together with all joints, which keep the limits and drives that they have found.
   template <bool soft>
   FATHOM_HD void sweep_contacts(const Mechanism& m) const {
     const auto leads = [&](std::uint32_t i) { return access.leads_to_contact(i); };
-    if (team::is_leader()) access.begin_contacts(links[m.first].mechanism);
     from_root(m, [&](std::uint32_t i) {
       if (leads(i)) this->find_response(i);
     });
+    each_with_contacts(m, [&](std::uint32_t i) { access.begin_contacts(i, link_response(access.pushes(i))); });
     for (int round = 0; round < link_contact_rounds; ++round) {
       if (team::is_leader())
         this->sweep_along_tree(m.first, m.end, leads, [&](std::uint32_t i) { sweep_contacts_of<soft>(i); });
@@ -399,6 +426,9 @@ class MechanismSolver : public LinkSolver<Access> {
       substitute<LinkPass::closing>(m);
       if (m.closures > 0) close_loops(m);
     }
+  }
+  FATHOM_HD void take_back_contacts(const Mechanism& m) const {
+    each_with_contacts(m, [&](std::uint32_t i) { access.take_back_contacts(i); });
   }
   template <bool soft>
   FATHOM_HD void sweep_contacts_of(std::uint32_t i) const {

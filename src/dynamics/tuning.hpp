@@ -222,6 +222,18 @@ inline constexpr float projection_share = 0.2f, closing_share = 0.01f;
 inline constexpr float max_behind_a_contact = 24;
 /// Rounds over the contacts that a mechanism solves (dynamics/link_contact.hpp).
 inline constexpr int link_contact_rounds = 2;
+/// Load from which it solves one with a free body, in weights of the two bodies' effective mass.
+inline constexpr float gripping_load = 0.25f;
+/// Load from which a mechanism that presses on a free body adds to its inertia, likewise: the body's other contacts
+/// know nothing of what moves with the mechanism.
+inline constexpr float pressing_load = 2;
+/// Share by which the impulses of their points become even in each step.
+inline constexpr float evened_share = 0.05f;
+/// Load beyond which that share decreases in proportion, in weights of the two bodies' effective mass.
+inline constexpr float evened_load = 10;
+/// Most mechanisms that may push the same free bodies and still solve their contacts with them: one thread or team
+/// solves them, one after the other.
+inline constexpr std::uint32_t max_cluster = 8;
 /// Component of a rotation axis across the preceding ones below which it does not count as independent.
 inline constexpr float min_axis_across = 0.1f;
 /// Tolerance on a drive's largest force, as a share of it.

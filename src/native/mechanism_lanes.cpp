@@ -251,9 +251,9 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     return changes;
   }
   /// Lanes of `asks` in which a drive exceeds its largest force.
-  Mask overdrive(Mask asks) const {
+  Mask overdrive(Mask asks, bool motors_only = false) const {
     if (!wide::anywhere(asks)) return Mask{};
-    return asks & ~all([&](std::uint32_t i) { return ~overdrives(i); });
+    return asks & ~all([&](std::uint32_t i) { return ~overdrives(i, motors_only); });
   }
   void take_first_round() const {
     look_all_ahead();
@@ -521,7 +521,11 @@ void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) c
     return does;
   };
   const EightInts counts = mask_of(lanes);
-  each_of([&](std::uint32_t lane) { contacts.load_impulses(batch_.numbers[lane]); });
+  const auto response = [&](std::uint32_t i, std::uint32_t lane) {
+    LinkPushes pushes;
+    Pushes::take_out(solver.access.pushes(i), lane, pushes);
+    return link_response(pushes);
+  };
   const auto sweep_link = [&](std::uint32_t i) {
     const wide::LinkState& s = solver.state(i);
     const auto body = solver.access.body(i, world_.links[i]);
@@ -535,10 +539,8 @@ void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) c
     bool any = false;
     each_of([&](std::uint32_t lane) {
       if (!contacts.has_link(number(lane, i))) return;
-      LinkPushes pushes;
-      Pushes::take_out(solver.access.pushes(i), lane, pushes);
-      ContactBody<LinkResponse> link{of(linear, lane),      of(angular, lane),    1,
-                                     link_response(pushes), of(body.moved, lane), of(body.turned, lane)};
+      ContactBody<LinkResponse> link{of(linear, lane),  of(angular, lane),    1,
+                                     response(i, lane), of(body.moved, lane), of(body.turned, lane)};
       const Wrench sum = contacts.sweep<pass>(number(lane, i), link);
       put(sum.force, lane, force), put(sum.torque, lane, torque);
       any = true;
@@ -546,7 +548,11 @@ void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) c
     if (any) solver.push_by_contacts(i, force, torque);
   };
   solver.each([&](std::uint32_t i) {
-    if (leads(i)) solver.find_response(i);
+    if (!leads(i)) return;
+    solver.find_response(i);
+    each_of([&](std::uint32_t lane) {
+      if (contacts.has_link(number(lane, i))) contacts.begin(number(lane, i), response(i, lane));
+    });
   });
   for (int round = 0; round < link_contact_rounds; ++round) {
     solver.sweep_along_tree(work.first.first, work.first.end, leads, sweep_link);
@@ -555,8 +561,15 @@ void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) c
 }
 
 void MechanismLanes::store_impulses(LaneBits lanes, bool ends_substep) const {
-  for (; lanes != 0; lanes &= lanes - 1)
-    world_.contacts.store_impulses(batch_.numbers[static_cast<std::size_t>(lowest_bit(lanes))], ends_substep);
+  for (; lanes != 0; lanes &= lanes - 1) world_.contacts.store_impulses(contacts_of(lanes), ends_substep);
+}
+
+void MechanismLanes::take_back_contacts(LaneBits lanes) const {
+  for (; lanes != 0; lanes &= lanes - 1) world_.contacts.take_back(contacts_of(lanes));
+}
+
+LinkContactRange MechanismLanes::contacts_of(LaneBits lanes) const {
+  return world_.contacts.of_mechanism(batch_.numbers[static_cast<std::size_t>(lowest_bit(lanes))]);
 }
 
 LaneBits MechanismLanes::warm_start(float h) const {
@@ -579,6 +592,7 @@ LaneBits MechanismLanes::pull_together(float h) const {
   good = good & solver.all([&](std::uint32_t i) { return solver.does_meet(i, solver.h); });
   const LaneBits with_contacts = loaded() & bits(good);
   if (with_contacts != 0) sweep_contacts<true>(work, with_contacts, h);
+  good = good & ~solver.overdrive(mask_of(with_contacts), true);
   good = good & solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); });
   const LaneBits done = bits(good) & work.in_use, others = work.in_use & ~done;
   const auto exchange_limits = [&] {
@@ -594,6 +608,7 @@ LaneBits MechanismLanes::pull_together(float h) const {
   solver.each([&](std::uint32_t i) { solver.note_pressed(i, solver.h, has_contacts); });
   solver.each([&](std::uint32_t i) { solver.apply<true>(i, solver.h, true); });
   store_impulses(with_contacts & done, false);
+  take_back_contacts(with_contacts & ~done);
   return others;
 }
 
@@ -608,11 +623,14 @@ LaneBits MechanismLanes::relax(float h) const {
   solver.substitute(wide::all_set);
   const LaneBits with_contacts = loaded();
   if (with_contacts != 0) sweep_contacts<false>(work, with_contacts, h);
-  const LaneBits done = bits(solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); })) & work.in_use;
+  const Mask restrained = ~solver.overdrive(mask_of(with_contacts), true);
+  const LaneBits done =
+      bits(restrained & solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); })) & work.in_use;
   take_out(work.in_use & ~done);
   solver.access.counts = done;
   solver.each([&](std::uint32_t i) { solver.apply<false>(i, solver.h, true); });
   store_impulses(with_contacts & done, true);
+  take_back_contacts(with_contacts & ~done);
   return work.in_use & ~done;
 }
 

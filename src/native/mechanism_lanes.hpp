@@ -69,6 +69,9 @@ class MechanismLanes {
   template <bool soft>
   void sweep_contacts(const Work& work, LaneBits lanes, float h) const;
   void store_impulses(LaneBits lanes, bool ends_substep) const;
+  void take_back_contacts(LaneBits lanes) const;
+  /// Those of the lowest lane.
+  LinkContactRange contacts_of(LaneBits lanes) const;
   template <class Act>
   void each_lane(LaneBits lanes, const Act& act) const;
   const Mechanism& mechanism(std::uint32_t lane) const { return world_.mechanisms[batch_.numbers[lane]]; }

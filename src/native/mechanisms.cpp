@@ -68,10 +68,11 @@ struct Mechanisms::Access {
   bool leads_to_contact(std::uint32_t i) const { return link_contacts.leads(i); }
   LinkPushes& pushes(std::uint32_t i) const { return by_link[i]; }
   void move_obstacles(std::uint32_t mechanism, float h) const { link_contacts.move_obstacles(mechanism, h); }
-  void begin_contacts(std::uint32_t mechanism) const { link_contacts.load_impulses(mechanism); }
-  void end_contacts(std::uint32_t mechanism, bool ends_substep) const {
-    link_contacts.store_impulses(mechanism, ends_substep);
+  void begin_contacts(std::uint32_t i, const LinkResponse& response) const { link_contacts.begin(i, response); }
+  void end_contacts(std::uint32_t i, bool ends_substep) const {
+    link_contacts.store_impulses(link_contacts.of_link(i), ends_substep);
   }
+  void take_back_contacts(std::uint32_t i) const { link_contacts.take_back(link_contacts.of_link(i)); }
   bool has_contacts(std::uint32_t i) const { return link_contacts.has_link(i); }
   template <ContactPass pass>
   Wrench sweep_contacts(std::uint32_t i, ContactBody<LinkResponse>& link) const {
@@ -139,7 +140,9 @@ void Mechanisms::prepare(std::uint32_t number, const BlockArray& blocks, float h
 }
 void Mechanisms::warm_start(std::uint32_t number, float h, bool forgets) {
   const MechanismBatch& batch = batches_[number];
-  const auto alone = [&](const Mechanism& m) { solver().warm_start(m, h, forgets); };
+  const auto alone = [&](const Mechanism& m) {
+    if (!solver().warm_start(m, h, forgets)) solver().pull_together(m, h);
+  };
   if (!batch.memory) return each(batch, alone);
   const MechanismLanes side_by_side = lanes(batch, h);
   LaneBits others = (1u << batch.numbers.size()) - 1;
@@ -214,10 +217,10 @@ void Mechanisms::update(const ConstraintLayout& layout, bool has_moved, std::siz
 }
 
 void Mechanisms::divide(const ConstraintLayout& layout, std::size_t threads) {
+  const bool any = !trees_.mechanisms().empty() || !contacts_.empty();
+  if (any) contacts_.list(layout, trees_.links(), trees_.mechanisms().size());
   form_batches(layout, threads);
-  if (empty() && contacts_.empty()) return;
-  contacts_.list(layout, trees_.links(), trees_.mechanisms().size());
-  contacts_.choose(trees_.links());
+  if (any) contacts_.choose(trees_.links());
 }
 
 bool Mechanisms::is_stale() const {
@@ -318,7 +321,9 @@ void Mechanisms::form_batches(const ConstraintLayout& layout, std::size_t thread
   for (std::uint32_t g = 0; g < groups; ++g)
     for (const std::uint32_t slot : layout.bodies(layout.groups()[g])) group_of_[slot] = g;
   const auto group = [&](std::uint32_t number) { return group_of_[trees_.links()[mechanism(number).first].body]; };
-  const auto key = [&](std::uint32_t number) { return std::tuple(group(number), shapes_[number], number); };
+  const auto key = [&](std::uint32_t number) {
+    return std::tuple(group(number), shape_in_lanes(number), contacts_.cluster(number).first, number);
+  };
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
   // A batch takes as long as two or three mechanisms solved alone, however many of its lanes are in use.
   const bool shares = groups > 0 || count > (min_lanes - 1) * threads;
@@ -328,9 +333,16 @@ void Mechanisms::form_batches(const ConstraintLayout& layout, std::size_t thread
     first_of_group_.push_back(static_cast<std::uint32_t>(batches_.size()));
     while (next < count && group(order_[next]) == g) {
       std::size_t end = next + 1;
-      while (end < count && end - next < size && shapes_[order_[end]] == shapes_[order_[next]] &&
-             group(order_[end]) == g)
-        ++end;
+      const LinkContacts::Cluster cluster = contacts_.cluster(order_[next]);
+      if (cluster.size > 1) {
+        end = next + cluster.size;
+      } else {
+        const auto belongs = [&](std::uint32_t number) {
+          return shape_in_lanes(number) == shape_in_lanes(order_[next]) && contacts_.cluster(number).size == 1 &&
+                 group(number) == g;
+        };
+        while (end < count && end - next < size && belongs(order_[end])) ++end;
+      }
       batches_.push_back({std::span(order_).subspan(next, end - next), nullptr});
       next = end;
     }
@@ -344,7 +356,7 @@ void Mechanisms::form_batches(const ConstraintLayout& layout, std::size_t thread
 void Mechanisms::give_memory() {
   const auto lines_of = [this](const MechanismBatch& batch) -> std::size_t {
     const Mechanism& m = mechanism(batch.numbers[0]);
-    if (batch.numbers.size() < min_lanes || shapes_[batch.numbers[0]] == no_shape) return 0;
+    if (batch.numbers.size() < min_lanes || shape_in_lanes(batch.numbers[0]) == no_shape) return 0;
     std::uint32_t generic = 0;
     for (std::uint32_t i = m.first; i < m.end; ++i) generic += trees_.links()[i].generic != MechanismLink::none;
     return (batch_bytes(m.end - m.first, generic) + sizeof(Line) - 1) / sizeof(Line);

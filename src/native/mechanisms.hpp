@@ -97,6 +97,10 @@ class Mechanisms {
   bool accepts(std::span<const MechanismLink> tree) const;
   void find_shapes();
   std::vector<std::uint32_t> shape_of(const Mechanism& mechanism) const;
+  /// Mechanisms that push the same bodies are solved alone.
+  std::uint32_t shape_in_lanes(std::uint32_t number) const {
+    return contacts_.cluster(number).size > 1 ? no_shape : shapes_[number];
+  }
   void divide(const ConstraintLayout& layout, std::size_t threads);
   void form_batches(const ConstraintLayout& layout, std::size_t threads);
   void give_memory();

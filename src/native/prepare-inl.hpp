@@ -17,6 +17,7 @@
 #include "native/body_state.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/contact_rows-inl.hpp"
+#include "native/link_contacts.hpp"
 #include "native/prefetch.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -58,7 +59,9 @@ inline HWY_NOINLINE ContactHold hold_of(const Contact& c, const ContactManifold&
   const auto scale_of = [&](std::uint32_t slot) { return view.overloads ? view.overloads->inertia_scale(slot) : 1; };
   const float scale_a = c.fixed_a ? 1.0f : scale_of(c.a), scale_b = scale_of(c.b);
   const bool has_joints = view.swings && ((c.fixed_a ? 0 : view.flags[c.a]) | view.flags[c.b]) & jointed;
-  if (has_joints && max(scale_a, scale_b) <= 1 && !c.ahead) {
+  if (has_joints && view.link_contacts->is_chosen(c.manifold)) {
+    hold.held = 1;
+  } else if (has_joints && max(scale_a, scale_b) <= 1 && !c.ahead) {
     const float inverse_sum = (c.fixed_a ? 0.0f : view.bodies[c.a].inverse_mass) + view.bodies[c.b].inverse_mass;
     hold.jointed = jointed_part(m.step_impulse, inverse_sum, view.def->dt * length(view.def->gravity));
   }
@@ -503,7 +506,13 @@ HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
   for (std::size_t i = 0; i < block.header().lanes; ++i) {
     if (!(speeds[i] > watch.least) || block.manifold()[i] == none) continue;
     const float impulse = block.at(step_impulse)[i];
-    watch.look_at(block.a()[i], block.b()[i], impulse, slide_of(block, i));
+    bool is_linked = false;
+    if (watch.link_contacts) {
+      const Vec3 normal{block.at(normal_x)[i], block.at(normal_y)[i], block.at(normal_z)[i]};
+      is_linked = watch.link_contacts->is_chosen(block.manifold()[i]);
+      if (is_linked && !watch.link_contacts->adds_inertia(block.manifold()[i], normal)) continue;
+    }
+    watch.look_at(block.a()[i], block.b()[i], impulse, slide_of(block, i), is_linked);
   }
 }
 

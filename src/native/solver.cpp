@@ -394,6 +394,7 @@ BodiesView ContactSolver::view() {
           state_.flags.data(),
           &def_,
           swings(),
+          &mechanisms_.contacts(),
           mechanisms_.direct(),
           any_fast_.load(std::memory_order_relaxed),
           0.5f * def_.dt,
@@ -466,12 +467,14 @@ LoadWatch ContactSolver::load_watch() {
   watch.stiffness = supports_.stiffness();
   watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies(),
   watch.before = state_.velocities.data(), watch.heaviest = supports_.heaviest();
-  watch.link_contacts = &mechanisms_.contacts();
   watch.unit = length(def_.gravity) * def_.dt;
   watch.dt = def_.dt;
   // With inertia added by loads, rows do not reflect true masses.
   if (!supports_.overloads().any_scaled())
     watch.least = sweep_load(bodies_.min_half_thickness(), watch.stiffness) * watch.unit;
+  if (mechanisms_.contacts().empty()) return watch;
+  watch.link_contacts = &mechanisms_.contacts();
+  watch.least = min(watch.least, pressing_load * watch.unit);
   return watch;
 }
 

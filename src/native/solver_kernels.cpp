@@ -456,20 +456,23 @@ float LoadWatch::next_lift(float lift, std::uint32_t a, std::uint32_t b, float d
   return fathom::next_lift(lift, depth, load, thinner_half(a, b), dt);
 }
 
-void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const {
+void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide, bool is_linked) const {
   const float inverse_a = inverse_mass(a), inverse_b = inverse_mass(b), sum = inverse_a + inverse_b;
-  if (!(inverse_a > 0) && link_contacts->is_loaded(b)) return;
   const float thinner = thinner_half(a, b);
   const float stiffer = inverse_a > 0 && inverse_b > 0 ? stiffness : fixed_stiffness_ratio * stiffness;
-  if (!(impulse * sum > sweep_load(thinner, stiffer) * unit) || is_moving(a, b, slide, loaded_speed)) return;
+  const float swept = sweep_load(thinner, stiffer), most = is_linked ? min(pressing_load, swept) : swept;
+  if (!(impulse * sum > most * unit) || is_moving(a, b, slide, loaded_speed)) return;
   const auto gained = [this](std::uint32_t slot, float inverse) {
     const Vec3 change = bodies[slot].linear - before[slot].linear;
     return inverse > 0 ? length(change) / bodies[slot].inverse_mass : 0.0f;
   };
   const float load = lasting_load(impulse, gained(a, inverse_a), gained(b, inverse_b)) * sum / unit;
-  const float ratio = load / inertia_load(thinner, stiffer);
+  const float ratio = load / (is_linked ? most : inertia_load(thinner, stiffer));
   const auto wanted = [&](std::uint32_t slot, float inverse) {
-    return wanted_inertia(ratio, inverse, sum, slot < heaviest.size() ? heaviest[slot] : 0.0f);
+    float of_structure = slot < heaviest.size() ? heaviest[slot] : 0.0f;
+    if (link_contacts && !(of_structure > 0) && link_contacts->stands(slot))
+      of_structure = 1 / (inverse_a > 0 ? min(inverse_a, inverse_b) : inverse_b);
+    return wanted_inertia(ratio, inverse, sum, of_structure);
   };
   if (inverse_a > 0) overloads->note(a, wanted(a, inverse_a));
   if (inverse_b > 0) overloads->note(b, wanted(b, inverse_b));

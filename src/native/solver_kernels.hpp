@@ -28,29 +28,31 @@ struct SweepParameters {
   std::atomic<bool>* bounced = nullptr;  ///< for `bounce`: set if any contact did
 };
 
+class LinkContacts;
+
 /// What `prepare` reads besides the contacts; all by slot.
 struct BodiesView {
   const Pose* poses = nullptr;
   SolverBody* bodies = nullptr;
   const WorldInertia* inertias = nullptr;
   const BodyMotion* motion = nullptr;
-  const float* held = nullptr;            ///< part of the supports' last solution; null if none is held
-  const std::uint16_t* levels = nullptr;  ///< of held bodies
-  const Overloads* overloads = nullptr;   ///< null if none has added inertia
-  const std::uint8_t* flags = nullptr;    ///< see BodyState
-  const WorldDef* def = nullptr;          ///< read where contacts may differ
-  const std::uint8_t* swings = nullptr;   ///< see BodyState; null without joints
-  const std::uint8_t* direct = nullptr;   ///< by joint, 1: its mechanism is solved directly; null if none is
-  bool any_fast = true;                   ///< some body may approach another faster than the hit threshold
-  float half_step = 0;                    ///< s, half a step
-  float substeps = 1;                     ///< in a step
-  float min_deep = 1e30f;                 ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
+  const float* held = nullptr;                  ///< part of the supports' last solution; null if none is held
+  const std::uint16_t* levels = nullptr;        ///< of held bodies
+  const Overloads* overloads = nullptr;         ///< null if none has added inertia
+  const std::uint8_t* flags = nullptr;          ///< see BodyState
+  const WorldDef* def = nullptr;                ///< read where contacts may differ
+  const std::uint8_t* swings = nullptr;         ///< see BodyState; null without joints
+  const LinkContacts* link_contacts = nullptr;  ///< read where there are joints
+  const std::uint8_t* direct = nullptr;         ///< by joint, 1: its mechanism is solved directly; null if none is
+  bool any_fast = true;                         ///< some body may approach another faster than the hit threshold
+  float half_step = 0;                          ///< s, half a step
+  float substeps = 1;                           ///< in a step
+  float min_deep = 1e30f;  ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
 
   /// Whether some contact may have its own softness (`ContactHold`).
   bool may_differ() const { return held || overloads || swings; }
 };
 
-class LinkContacts;
 /// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
 struct LoadWatch {
   Overloads* overloads = nullptr;  ///< null: loads are not watched
@@ -62,11 +64,11 @@ struct LoadWatch {
   float unit = 0;                    ///< m/s, for a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
   float dt = 0;                      ///< s
-  const LinkContacts* link_contacts = nullptr;  ///< mechanisms solve these, whose loads add no inertia
+  const LinkContacts* link_contacts = nullptr;  ///< null if mechanisms solve none
 
   /// Notes the load of a contact that gave `impulse` (N·s) along its normal over the step; `slide` is its surfaces'
-  /// contribution to the sliding velocity (m/s).
-  void look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const;
+  /// contribution to the sliding velocity (m/s). `is_linked`: a mechanism solves it.
+  void look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide, bool is_linked) const;
   /// The contact's next lift, at a depth (m) and with a lift (m; dynamics/lift.hpp).
   float next_lift(float lift, std::uint32_t a, std::uint32_t b, float depth, float impulse, Vec3 slide) const;
 
