@@ -55,8 +55,9 @@ struct LinkedBodies {
     const SolverBody body = solver_body(link.body);
     return world_inertia<SymMat3>(*bodies, link.body, body.inverse_mass, body.inverse_inertia);
   }
+  FATHOM_HD bool swings(const MechanismLink& link) const { return mechanisms->records[link.mechanism].swings(); }
   FATHOM_HD Vec3 swing(const MechanismLink& link) const {
-    return mechanisms->records[link.mechanism].swings() ? bodies->motion[link.body].acceleration : Vec3{};
+    return swings(link) ? bodies->motion[link.body].acceleration : Vec3{};
   }
   /// A body that swings moves by the mean of its velocities before and after gravity's acceleration. It has already
   /// moved by the latter, unless nothing acted on it (`SolveConstraints::integrate_position`).

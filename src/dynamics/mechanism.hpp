@@ -23,7 +23,7 @@ namespace fathom {
 ///
 ///     solver_body(slot): SolverBody
 ///     is_isotropic(slot), inverse_mass(slot), inertia(slot): its own, without the inertia added for loads; pose(slot)
-///     swing(link): m/s² of a body that swings, or 0
+///     swings(link): whether its body swings;  swing(link): m/s² of a body that does, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic_joint(j), generic_impulse(j)
 ///     store(j, last, total);  store(j, GenericImpulse)
 ///     solves_contacts(mechanism); leads_to_contact(i): the link, or one below it, has contacts that the mechanism
@@ -51,8 +51,9 @@ class MechanismSolver : public LinkSolver<Access> {
   }
   /// Applies the last step's impulses, or forgets them. Along arms that have turned since, they may spin a thin rod
   /// about its axis several times per substep, which contacts would mistake for surface speed; then all of them are
-  /// dropped, and this returns false: `pull_together` has to follow and find new ones. Contacts have been given theirs,
-  /// and a sweep would otherwise find a light link that carries a heavy one at hundreds of m/s.
+  /// dropped. Unless nothing else acts on the bodies, this then returns false: `pull_together` has to find new ones at
+  /// once. Contacts have been given theirs, and a sweep would find a light link that carries a heavy one at hundreds of
+  /// m/s.
   FATHOM_HD bool warm_start(const Mechanism& m, float h, bool forgets) const {
     let_closures_go(m);
     if (forgets) {
@@ -61,7 +62,7 @@ class MechanismSolver : public LinkSolver<Access> {
       each(m, [&](std::uint32_t i) { this->give_carried(i, 1); });
     } else {
       each(m, [&](std::uint32_t i) { this->let_go(i); });
-      return false;
+      return access.swings(links[m.first]);
     }
     return true;
   }

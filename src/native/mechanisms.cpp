@@ -52,6 +52,7 @@ struct Mechanisms::Access {
     const SolverBody& body = solver_bodies[link.body];
     return world_inertia<SymMat3>(body_state.inertia.data(), link.body, body.inverse_mass, body.inverse_inertia);
   }
+  bool swings(const MechanismLink& link) const { return body_state.swings[link.body] != 0; }
   Vec3 swing(const MechanismLink& link) const { return body_state.swing(link.body); }
   Ends joint(std::uint32_t j) const {
     const Joint& joint = graph.joint(j);
