@@ -51,7 +51,7 @@ class MechanismSolver : public LinkSolver<Access> {
   }
   /// Applies the last step's impulses, or forgets them. Along arms that have turned since, they may spin a thin rod
   /// about its axis several times per substep, which contacts would mistake for surface speed; then all of them are
-  /// dropped. Unless nothing else acts on the bodies, this then returns false: `pull_together` has to find new ones at
+  /// dropped. Unless the bodies swing, this then returns false: `pull_together` has to find new ones at
   /// once. Contacts have been given theirs, and a sweep would find a light link that carries a heavy one at hundreds of
   /// m/s.
   FATHOM_HD bool warm_start(const Mechanism& m, float h, bool forgets) const {
