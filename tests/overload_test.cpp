@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fathom/joint.hpp>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -214,6 +215,40 @@ TEST(Overload, AThinPlateCarriesManyBoxes) {
       for (int i = 0; i < 300; ++i) world.step();
       EXPECT_NEAR(world.pose(plate).position.z, 0.55f, 1e-3f) << mass << (device ? " kg, device" : " kg, native");
     }
+}
+
+// Under its load the body gets inertia that owes it momentum. It must not get that when the joint goes, seconds later.
+TEST(Overload, ABodyThatWasLoadedFallsFreelyWhenItsJointGoes) {
+  if (quiet_world().partition == Partition::cells) GTEST_SKIP() << "has no joints";
+  for (const float size : {0.02f, 0.05f, 0.08f})
+    for (const float mass : {3.0f, 30.0f, 100.0f})
+      for (int steps = 20; steps <= 60; steps += 10) {
+        World world(quiet_world());
+        world.add(ground());
+        const BodyId body =
+            world.add(dynamic(box({0.9f * size, 0.5f * size, 0.7f * size}), {0, 0, 0.5f + 0.9f * size}));
+        const BodyId load = world.add(dynamic(box({size, size, size}), {0.2f * size, 0, 0.5f + 3 * size}, mass));
+        BodyDef def;
+        def.motion = MotionType::kinematic, def.shape = sphere(0.01f * size), def.pose.position = {0, 0, 10};
+        def.filter.mask = 0;
+        const BodyId holder = world.add(def);
+        run(world, steps);
+        world.remove(load);
+        Pose held = world.pose(body);
+        held.position = held.position - def.pose.position;
+        const JointId joint = world.add_joint(fixed_joint(holder, body, held, Pose{}));
+        world.set_velocity(holder, {0, 0, 5 * size}, {});
+        run(world, 60);
+        world.set_velocity(holder, {}, {});
+        run(world, 20);
+        const Velocity before = world.velocity(body);
+        world.remove_joint(joint);
+        world.step();
+        const Vec3 fall = world.velocity(body).linear - before.linear;
+        EXPECT_LT(length(fall - Vec3{0, 0, -9.81f / 60}), 1e-4f) << size << " m, " << mass << " kg, " << steps;
+        EXPECT_LT(length(world.velocity(body).angular - before.angular), 1e-2f)
+            << size << " m, " << mass << " kg, " << steps;
+      }
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ class Overloads {
   /// Some body may be owed momentum.
   bool may_owe() const { return any_scaled_ || owed_.size() > 0; }
   /// Gives bodies back what their added inertia has taken up, if it may. Call when all inertia of the step is known.
-  /// `is_free`: awake and without joints.
+  /// `is_free`: awake and without joints; others lose what they are owed, or they would get it when a joint goes.
   template <class IsFree>
   void give_back(const IsFree& is_free, const BodyTable& bodies, std::span<Velocity> velocities, float fall) {
     for_each_owed(is_free, [&](std::uint32_t slot) {
@@ -136,7 +136,7 @@ class Overloads {
     grow_to(is_listed_, loads_.size()), grow_to(listed_, loads_.size());
     count_ = 0;
     for (std::uint32_t slot = 0; slot < loads_.size(); ++slot) {
-      is_listed_[slot] = loads_[slot].is_any();
+      is_listed_[slot] = loads_[slot].is_any() || owes(slot);
       if (is_listed_[slot]) listed_[count_++] = slot;
     }
     resize(slots);
@@ -164,8 +164,13 @@ class Overloads {
       grow_to(owed_, loads_.size());
       std::fill(owed_.begin() + before, owed_.end(), Owed{});
     }
-    for (std::uint32_t i = 0; i < count_; ++i)
-      if (is_free(listed_[i]) && (loads_[listed_[i]].inertia_scale > 1 || owes(listed_[i]))) act(listed_[i]);
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      const std::uint32_t slot = listed_[i];
+      if (!is_free(slot))
+        owed_[slot] = {};
+      else if (loads_[slot].inertia_scale > 1 || owes(slot))
+        act(slot);
+    }
   }
   /// The order depends on threads; nothing depends on the order.
   void list(std::uint32_t slot) {
