@@ -251,5 +251,59 @@ TEST(Overload, ABodyThatWasLoadedFallsFreelyWhenItsJointGoes) {
       }
 }
 
+BodyDef fixed_floor() {
+  BodyDef floor;
+  floor.motion = MotionType::fixed, floor.shape = box({50, 50, 0.5f});
+  return floor;
+}
+/// A body of this size (m) on that floor, at x (m), and a load of `mass` (kg) on it, which is added to `loads`.
+BodyId add_loaded(World& world, float size, float mass, std::vector<BodyId>& loads, float x = 0) {
+  const BodyId body = world.add(dynamic(box({0.9f * size, 0.5f * size, 0.7f * size}), {x, 0, 0.5f + 0.9f * size}));
+  loads.push_back(world.add(dynamic(box({size, size, size}), {x + 0.2f * size, 0, 0.5f + 3 * size}, mass)));
+  return body;
+}
+
+// What it is owed under its load ends with the velocity that it had there.
+TEST(Overload, ABodyThatWasLoadedFallsFreelyWhereItIsPut) {
+  for (const float size : {0.02f, 0.05f, 0.08f})
+    for (const float mass : {3.0f, 30.0f, 100.0f})
+      for (int steps = 20; steps <= 60; steps += 10) {
+        World world(quiet_world());
+        world.add(fixed_floor());
+        std::vector<BodyId> loads;
+        const BodyId body = add_loaded(world, size, mass, loads);
+        run(world, steps);
+        world.set_pose(body, {{0, 0, 10}, 0, {}});
+        world.set_velocity(body, {}, {});
+        run(world, 10);
+        const Velocity v = world.velocity(body);
+        EXPECT_LT(length(v.linear - Vec3{0, 0, -9.81f / 6}), 1e-4f) << size << " m, " << mass << " kg, " << steps;
+        EXPECT_LT(length(v.angular), 1e-2f) << size << " m, " << mass << " kg, " << steps;
+      }
+}
+
+// Several threads move free bodies beside the layout of constraints, in which bodies get back what they are owed.
+TEST(Overload, FreeBodiesGetBackTheSameWithAnyNumberOfThreads) {
+  for (int steps = 20; steps <= 60; steps += 10) {
+    const auto fall = [&](int threads) {
+      WorldDef def = quiet_world();
+      def.threads = threads;
+      World world(def);
+      std::vector<BodyId> held{world.add(fixed_floor())};
+      for (int i = 0; i < 1000; ++i)
+        world.add(dynamic(box({0.1f, 0.1f, 0.1f}), {static_cast<float>(i % 20), static_cast<float>(2 + i / 20), 100}));
+      for (int i = 0; i < 20; ++i)
+        add_loaded(world, i % 2 ? 0.05f : 0.02f, i % 3 ? 3 : 30, held, static_cast<float>(-i));
+      run(world, steps);
+      for (const BodyId id : held) world.remove(id);
+      run(world, 5);
+      return world.state_hash();
+    };
+    const std::uint64_t alone = fall(1);
+    EXPECT_EQ(fall(2), alone) << steps;
+    EXPECT_EQ(fall(4), alone) << steps;
+  }
+}
+
 }  // namespace
 }  // namespace fathom::overload_test

@@ -189,8 +189,9 @@ void NativeSimulator::build_constraints() {
   const std::size_t in_contact = active_.in_contact().size(), active = active_.active().size();
   if (!cell_solver_) division_.update(graph_, active_.active(), in_contact, state_, pool_);
   // Most of the layout is one thread's work. Meanwhile the others move free bodies, which nothing else reads any more.
-  // A single thread does that once it no longer needs the other bodies in its cache.
-  are_free_moved_ = pool_.thread_count() > 1 && 2 * in_contact < active;
+  // A single thread does that once it no longer needs the other bodies in its cache. So do several where free bodies
+  // may get back momentum, which belongs to the layout.
+  are_free_moved_ = pool_.thread_count() > 1 && 2 * in_contact < active && !solver_.supports().overloads().any_listed();
   if (are_free_moved_)
     move_free([&] { lay_out_constraints(); });
   else

@@ -34,6 +34,10 @@ class Overloads {
     if (slot < bases_.size()) bases_[slot] = {};
     if (slot < owed_.size()) owed_[slot] = {};
   }
+  /// The body has been given a pose or a velocity: it is owed nothing from before.
+  void settle_up(std::uint32_t slot) {
+    if (slot < owed_.size()) owed_[slot] = {};
+  }
   /// An overloaded contact of the body wants at least this inertia (`wanted_inertia`).
   void note(std::uint32_t slot, float wanted) {
     std::atomic_ref<float> most(loads_[slot].now);
@@ -96,6 +100,8 @@ class Overloads {
       if (is_listed_[slot]) listed_[count_++] = slot;
     }
   }
+  /// Some body has or had a load, or is owed momentum.
+  bool any_listed() const { return count_ > 0; }
   /// Some body may be owed momentum.
   bool may_owe() const { return any_scaled_ || owed_.size() > 0; }
   /// Gives bodies back what their added inertia has taken up, if it may. Call when all inertia of the step is known.
