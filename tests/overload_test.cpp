@@ -217,6 +217,13 @@ TEST(Overload, AThinPlateCarriesManyBoxes) {
     }
 }
 
+/// A body of this size (m) on the ground at x (m), and a load of `mass` (kg) on it, which is added to `loads`.
+BodyId add_loaded(World& world, float size, float mass, std::vector<BodyId>& loads, float x = 0) {
+  const BodyId body = world.add(dynamic(box({0.9f * size, 0.5f * size, 0.7f * size}), {x, 0, 0.5f + 0.9f * size}));
+  loads.push_back(world.add(dynamic(box({size, size, size}), {x + 0.2f * size, 0, 0.5f + 3 * size}, mass)));
+  return body;
+}
+
 // Under its load the body gets inertia that owes it momentum. It must not get that when the joint goes, seconds later.
 TEST(Overload, ABodyThatWasLoadedFallsFreelyWhenItsJointGoes) {
   if (quiet_world().partition == Partition::cells) GTEST_SKIP() << "has no joints";
@@ -225,15 +232,14 @@ TEST(Overload, ABodyThatWasLoadedFallsFreelyWhenItsJointGoes) {
       for (int steps = 20; steps <= 60; steps += 10) {
         World world(quiet_world());
         world.add(ground());
-        const BodyId body =
-            world.add(dynamic(box({0.9f * size, 0.5f * size, 0.7f * size}), {0, 0, 0.5f + 0.9f * size}));
-        const BodyId load = world.add(dynamic(box({size, size, size}), {0.2f * size, 0, 0.5f + 3 * size}, mass));
+        std::vector<BodyId> loads;
+        const BodyId body = add_loaded(world, size, mass, loads);
         BodyDef def;
         def.motion = MotionType::kinematic, def.shape = sphere(0.01f * size), def.pose.position = {0, 0, 10};
         def.filter.mask = 0;
         const BodyId holder = world.add(def);
         run(world, steps);
-        world.remove(load);
+        world.remove(loads[0]);
         Pose held = world.pose(body);
         held.position = held.position - def.pose.position;
         const JointId joint = world.add_joint(fixed_joint(holder, body, held, Pose{}));
@@ -251,25 +257,13 @@ TEST(Overload, ABodyThatWasLoadedFallsFreelyWhenItsJointGoes) {
       }
 }
 
-BodyDef fixed_floor() {
-  BodyDef floor;
-  floor.motion = MotionType::fixed, floor.shape = box({50, 50, 0.5f});
-  return floor;
-}
-/// A body of this size (m) on that floor, at x (m), and a load of `mass` (kg) on it, which is added to `loads`.
-BodyId add_loaded(World& world, float size, float mass, std::vector<BodyId>& loads, float x = 0) {
-  const BodyId body = world.add(dynamic(box({0.9f * size, 0.5f * size, 0.7f * size}), {x, 0, 0.5f + 0.9f * size}));
-  loads.push_back(world.add(dynamic(box({size, size, size}), {x + 0.2f * size, 0, 0.5f + 3 * size}, mass)));
-  return body;
-}
-
 // What it is owed under its load ends with the velocity that it had there.
 TEST(Overload, ABodyThatWasLoadedFallsFreelyWhereItIsPut) {
   for (const float size : {0.02f, 0.05f, 0.08f})
     for (const float mass : {3.0f, 30.0f, 100.0f})
       for (int steps = 20; steps <= 60; steps += 10) {
         World world(quiet_world());
-        world.add(fixed_floor());
+        world.add(ground());
         std::vector<BodyId> loads;
         const BodyId body = add_loaded(world, size, mass, loads);
         run(world, steps);
@@ -289,7 +283,7 @@ TEST(Overload, FreeBodiesGetBackTheSameWithAnyNumberOfThreads) {
       WorldDef def = quiet_world();
       def.threads = threads;
       World world(def);
-      std::vector<BodyId> held{world.add(fixed_floor())};
+      std::vector<BodyId> held{world.add(ground())};
       for (int i = 0; i < 1000; ++i)
         world.add(dynamic(box({0.1f, 0.1f, 0.1f}), {static_cast<float>(i % 20), static_cast<float>(2 + i / 20), 100}));
       for (int i = 0; i < 20; ++i)

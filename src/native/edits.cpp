@@ -44,7 +44,7 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
   note_moved(slot);
   wake(slot);
   wake_neighbours(slot);
-  solver_.supports().overloads().settle_up(slot);
+  solver_.supports().overloads().clear_owed(slot);
   state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
   state_.poses[slot] = pose;
   state_.bounds[slot] = bounds_of(bodies[slot], pose, state_.velocities[slot], def.dt);
@@ -54,7 +54,7 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
 void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity) {
   note_moved(slot);
   wake(slot);
-  solver_.supports().overloads().settle_up(slot);
+  solver_.supports().overloads().clear_owed(slot);
   if (state_.flags[slot] & kinematic) {
     state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
     if (is_moving(velocity)) wake_neighbours(slot);

@@ -35,7 +35,7 @@ class Overloads {
     if (slot < owed_.size()) owed_[slot] = {};
   }
   /// The body has been given a pose or a velocity: it is owed nothing from before.
-  void settle_up(std::uint32_t slot) {
+  void clear_owed(std::uint32_t slot) {
     if (slot < owed_.size()) owed_[slot] = {};
   }
   /// An overloaded contact of the body wants at least this inertia (`wanted_inertia`).
