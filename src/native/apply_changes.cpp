@@ -1,6 +1,6 @@
-// Applies what the narrow phase found, in the order of contacts: touches that begin or end, and their colours. It takes
-// three loops, because contacts, bodies and lists are scattered in memory, and a single thread would wait for each
-// cache line to arrive from the core that last wrote it:
+// Applies what the narrow phase found: touches that begin or end, and their colours. It takes three loops, because
+// contacts, bodies and lists are scattered in memory, and a single thread would wait for each cache line to arrive from
+// the core that last wrote it:
 //
 // 1. Each thread gathers the changes of some blocks of contacts into slots counted out beforehand.
 // 2. One thread assigns and releases colours, as each choice depends on all earlier ones. Meanwhile the others forget
@@ -32,7 +32,8 @@ void NativeSimulator::apply_changes() {
   graph_.make_manifolds(begun.size());
   const auto colour = [&] {
     graph_.uncolour(ended);
-    if (!wakes_any) graph_.colour(begun);
+    changes_.order_begun(graph_);
+    if (!wakes_any) graph_.colour(begun, changes_.begun_by_bodies());
   };
   // With many threads, the others finish before the colouring thread could help.
   const std::size_t threads = parts_for(pool_, changes_.count()), parts = threads > 3 ? threads - 1 : threads;
@@ -75,7 +76,7 @@ void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, 
 // When an island wakes, its contacts that touch by then get colours.
 void NativeSimulator::begin_one_by_one() {
   const std::span<const GraphEdge> begun = changes_.begun();
-  for (std::size_t i = 0; i < begun.size(); ++i) {
+  for (const std::uint32_t i : changes_.begun_by_bodies()) {
     const GraphEdge& edge = begun[i];
     graph_.begin(i, edge.contact);
     for (const std::uint32_t slot : {edge.a, edge.b})

@@ -1,8 +1,10 @@
 #include "native/contact_changes.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "native/prefetch.hpp"
+#include "native/radix_sort.hpp"
 #include "native/tuning.hpp"
 #include "world/growth.hpp"
 
@@ -110,10 +112,39 @@ void ContactChanges::gather(ContactGraph& graph, PlacedBlock next) {
   }
 }
 
+void ContactChanges::order_begun(const ContactGraph& graph) {
+  const std::size_t count = edges_begun_.size();
+  for (std::vector<OfBodies>* list : {&by_bodies_, &scratch_}) give_back_room(*list, count);
+  give_back_room(order_, count);
+  std::uint32_t last = 0;
+  for (const GraphEdge& edge : begun()) last = std::max({last, edge.a, edge.b});
+  const int bits = std::bit_width(last);
+  grow_to(by_bodies_, count);
+  for (std::uint32_t i = 0; i < count; ++i)
+    by_bodies_[i] = {std::uint64_t{edges_begun_[i].a} << bits | edges_begun_[i].b, i};
+  radix_sort(by_bodies_, scratch_, 2 * bits, [](const OfBodies& of) { return of.bodies; });
+  if (graph.any_parts()) order_parts(graph);
+  grow_to(order_, count);
+  for (std::size_t i = 0; i < count; ++i) order_[i] = by_bodies_[i].begun;
+}
+
+void ContactChanges::order_parts(const ContactGraph& graph) {
+  const auto children = [&](const OfBodies& of) {
+    const Children c = graph.children(edges_begun_[of.begun].contact);
+    return std::uint64_t{c.a} << 32 | c.b;
+  };
+  for (auto first = by_bodies_.begin(); first != by_bodies_.end();) {
+    const auto end =
+        std::find_if(first, by_bodies_.end(), [&](const OfBodies& of) { return of.bodies != first->bodies; });
+    if (end - first > 1) std::ranges::stable_sort(first, end, {}, children);
+    first = end;
+  }
+}
+
 std::size_t ContactChanges::memory_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.begin()))); };
   return bytes_of(blocks_, counts_, changed_blocks_, fast_blocks_, edges_begun_, edges_ended_, pairs_gone_,
-                  first_manifolds_);
+                  first_manifolds_, by_bodies_, scratch_, order_);
 }
 
 }  // namespace fathom::native

@@ -78,6 +78,11 @@ class ContactChanges {
   /// and removes pairs that are gone from the graph.
   void gather(ContactGraph& graph, ThreadPool& pool);
 
+  /// Orders the touches that begin by their bodies, and by children where two bodies touch in several parts. Choices
+  /// that depend on earlier ones are made in this order. That of contacts depends on what ended elsewhere, because
+  /// their indices are reused.
+  void order_begun(const ContactGraph& graph);
+
   // Results of the last `gather`.
   std::span<GraphEdge> begun() { return {edges_begun_.data(), edges_begun_.size()}; }
   std::span<GraphEdge> ended() { return {edges_ended_.data(), edges_ended_.size()}; }
@@ -86,6 +91,8 @@ class ContactChanges {
   std::span<const NewManifold* const> first_manifolds() const {
     return {first_manifolds_.data(), first_manifolds_.size()};
   }
+  /// Indices in `begun`, as the last `order_begun` has ordered them.
+  std::span<const std::uint32_t> begun_by_bodies() const { return order_; }
   std::size_t count() const { return edges_begun_.size() + edges_ended_.size() + pairs_gone_.size(); }
   /// Manifolds that were kept.
   std::uint32_t recycled() const { return recycled_; }
@@ -110,6 +117,8 @@ class ContactChanges {
   void list_changed_blocks(ContactGraph& graph);
   static void add_parts(ContactGraph& graph, Block& block);
   void gather(ContactGraph& graph, PlacedBlock next);
+  /// Orders parts of the same bodies by children.
+  void order_parts(const ContactGraph& graph);
 
   std::size_t block_size_ = contact_grain;
   std::vector<Block> blocks_;
@@ -120,6 +129,12 @@ class ContactChanges {
   LargeArray<GraphEdge> edges_begun_, edges_ended_;
   LargeArray<Pair> pairs_gone_;
   LargeArray<const NewManifold*> first_manifolds_;
+  struct OfBodies {
+    std::uint64_t bodies;
+    std::uint32_t begun;  // index
+  };
+  std::vector<OfBodies> by_bodies_, scratch_;
+  std::vector<std::uint32_t> order_;
 };
 
 }  // namespace fathom::native

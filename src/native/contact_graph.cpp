@@ -284,7 +284,8 @@ GraphEdge ContactGraph::edge_of(std::uint32_t index) const {
 
 void ContactGraph::colour(std::uint32_t index) {
   GraphEdge edge = edge_of(index);
-  colour({&edge, 1});
+  constexpr std::uint32_t only = 0;
+  colour({&edge, 1}, {&only, 1});
   relist({}, {&edge, 1}, 0, 1);
 }
 
@@ -295,11 +296,11 @@ void ContactGraph::uncolour(std::uint32_t index) {
   relist({&edge, 1}, {}, 0, 1);
 }
 
-void ContactGraph::colour(std::span<GraphEdge> edges) {
+void ContactGraph::colour(std::span<GraphEdge> edges, std::span<const std::uint32_t> order) {
   colouring_ += !edges.empty();
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (i + ahead < edges.size()) prefetch_bodies(edges[i + ahead]);
-    GraphEdge& edge = edges[i];
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i + ahead < order.size()) prefetch_bodies(edges[order[i + ahead]]);
+    GraphEdge& edge = edges[order[i]];
     edge.colour = take_colour(edge.a, edge.b, edge.fixed_a);
     count(edge, 1);
   }

@@ -4,7 +4,8 @@
 // colour free on both bodies and keeps it until the touch ends. A contact with a non-dynamic body occupies a colour of
 // the other body only. Such contacts have colours of their own, solved last because the ground is the firmer side. A
 // contact that finds no colour goes to the overflow list, which is solved one by one. One thread assigns and releases
-// colours in the order of contacts, so they do not depend on timing. Colours are listed by unit (domains.hpp).
+// colours, for touches that begin in a step in the order of their bodies, so they depend neither on timing nor on what
+// happens elsewhere. Colours are listed by unit (domains.hpp).
 //
 // All threads apply a step's changes (apply_changes.cpp): each does all the work for some contacts, some tables of
 // pairs or some lists of colours, in the order of contacts.
@@ -230,8 +231,9 @@ class ContactGraph {
 
   // For one thread only.
 
-  /// Gives the contacts colours, or releases them, everywhere but in lists. Skips ended ones without a colour.
-  void colour(std::span<GraphEdge> edges);
+  /// Gives the contacts colours in this order, or releases them, everywhere but in lists. Skips ended ones without a
+  /// colour.
+  void colour(std::span<GraphEdge> edges, std::span<const std::uint32_t> order);
   void uncolour(std::span<const GraphEdge> edges);
   /// Gives the touching contact a colour, or releases it. Call each only when due.
   void colour(std::uint32_t index);
