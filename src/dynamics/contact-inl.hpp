@@ -211,6 +211,48 @@ FATHOM_LANE_FUNCTION void stiffen_uneven(L inverse_mass_a, L inverse_mass_b, Con
   step.impulse_scale = select(is_uneven, splat<L>(uneven_share) * step.impulse_scale, step.impulse_scale);
 }
 
+/// Changes the impulses of a contact's points by equal shares that stop their mean motion, where its bodies meet or part
+/// faster than `landing_speed`. The sweep that follows would give most of an impact to the first point, and take an
+/// impulse that is no longer needed from it first: a body that lands flat would start to turn, and friction would throw
+/// it on (docs/solver.md, Free bodies and bouncing).
+template <ContactPass pass, bool held, class L, class Rows>
+FATHOM_LANE_FUNCTION void share_impact(Rows& rows, const NormalMotionOf<L>& moved, const ContactStepOf<L>& step,
+                                       NormalSweep<L>& sweep) {
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+  const auto& k = sweep.k;
+  L takes_part[max_manifold_points], speeds = zero, count = zero, sum_x = zero, sum_y = zero;
+  for (int i = 0; i < rows.end(); ++i) {
+    if (!rows.has(i)) continue;
+    const ContactPoint<L> p = rows.point(i);
+    L separation = p.separation + moved.at(p.x, p.y);
+    if constexpr (held) separation = separation - within(separation, step.slop);
+    const L speed = mul_add(sweep.motion.at(p.x, p.y), larger(separation, zero), step.inverse_substep);
+    L meets = select(both(is_above(zero, speed), is_above(p.mass, zero)), one, zero);
+    if (pass == ContactPass::relax && rows.may_bounce())  // see `solve_points`
+      meets = select(both(is_above(separation, zero), is_above(rows.restitution(), zero)), zero, meets);
+    takes_part[i] = select(is_above(rows.impulse(i), zero), one, meets);
+    speeds = mul_add(speeds, takes_part[i], speed);
+    count = count + takes_part[i];
+    sum_x = mul_add(sum_x, takes_part[i], p.x), sum_y = mul_add(sum_y, takes_part[i], p.y);
+  }
+  const auto is_shared = both(is_above(count, one), is_above(magnitude(sweep.motion.n), splat<L>(landing_speed)));
+  // Of the points' speeds to equal impulses.
+  const L of_n = mul_sub(mul_add(k.nn * count, k.n1, sum_y), k.n2, sum_x);
+  const L of_1 = mul_sub(mul_add(k.n1 * count, k.k11, sum_y), k.k12, sum_x);
+  const L of_2 = mul_sub(mul_add(k.n2 * count, k.k12, sum_y), k.k22, sum_x);
+  const L response = mul_sub(mul_add(count * of_n, sum_y, of_1), sum_x, of_2);
+  const L share = select(is_shared, (zero - speeds) / select(is_shared, response, one), zero);
+  if (!any_above(magnitude(share), zero)) return;
+  for (int i = 0; i < rows.end(); ++i) {
+    if (!rows.has(i)) continue;
+    const L old = rows.impulse(i), part = takes_part[i] * share;
+    const L now = select(is_above(magnitude(part), zero), larger(old + part, zero), old);
+    rows.set_impulse(i, now);
+    const ContactPoint<L> p = rows.point(i);
+    sweep.add(now - old, p.x, p.y);
+  }
+}
+
 /// One sweep over the points; `held`: some may be within the step's slop. Returns the bodies' approach velocity
 /// afterwards, which is finite only if their velocities and the impulses are.
 template <ContactPass pass, bool held, class L, class Rows, class Bodies>
@@ -219,6 +261,9 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
   const L zero = splat<L>(0.0f);
   NormalSweep<L> sweep(rows.response(), axes.velocity(bodies));
   const NormalMotionOf<L> moved = axes.movement(bodies);
+  if constexpr (pass != ContactPass::iterate)
+    if (any_above(magnitude(sweep.motion.n), splat<L>(landing_speed)))
+      share_impact<pass, held>(rows, moved, step, sweep);
   for (int i = 0; i < rows.end(); ++i) {
     if (!rows.has(i)) continue;
     const ContactPoint<L> p = rows.point(i);
@@ -229,7 +274,7 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
     const auto apart = is_above(separation, zero);
     // Speculative contact: a point that is still apart may close its gap within the substep, but no more.
     const L gap_speed = separation * step.inverse_substep;
-    L bias = select(apart, gap_speed, zero), mass = p.mass, kept = old;
+    L bias = larger(gap_speed, zero), mass = p.mass, kept = old;
     if constexpr (pass != ContactPass::relax) bias = select(apart, gap_speed, step.bias_rate * separation);
     if constexpr (pass == ContactPass::soft) {
       mass = mass * select(apart, splat<L>(1.0f), step.mass_scale);

@@ -42,6 +42,9 @@ inline constexpr float baumgarte = 0.2f;
 inline constexpr std::uint32_t max_bounce_sweeps = 8;
 /// Rounds over the points of a contact that bounce together (docs/solver.md, Free bodies and bouncing).
 inline constexpr int bounce_rounds = 8;
+/// Speed (m/s) of bodies that meet or part from which the points of their contact begin with equal shares
+/// (`share_impact`).
+inline constexpr float landing_speed = 0.05f;
 /// Time constant (s) with which an overlap fades. Bodies that rise with it are decelerated by overlap / time², at most
 /// 4.4 m/s²: in stronger gravity they stay on what they rise from (tests/overlap_test.cpp).
 inline constexpr float overlap_time = 0.15f;
