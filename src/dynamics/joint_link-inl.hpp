@@ -201,6 +201,8 @@ class JointLink {
   }
   /// `ahead`: where the substep leaves the axis, according to the rounds.
   FATHOM_LANE_FUNCTION Mask revise_limit(int i, Mask asks, Real ahead, Real given, Real after);
+  /// Whether a drive at its largest force moves its axis past its aim, so that it will give less.
+  FATHOM_LANE_FUNCTION Mask overshoots(int i, Real after) const;
   FATHOM_LANE_FUNCTION Mask revise_drive(int i, Mask asks, Real given, Real after);
   /// Whether an axis that ends at `ahead` is within its limits, or as near as they bring it.
   FATHOM_LANE_FUNCTION Mask is_within(int i, Real ahead, Real slack) const {
@@ -574,7 +576,9 @@ FATHOM_LANE_FUNCTION Mask JointLink::revise_limit(int i, Mask asks, Real ahead, 
   // An axis that returns from beyond its limit by itself, as fast as the limit would move it, is left alone.
   const Mask was_released = has_bit(released_, i);
   const Mask is_free = is_within(i, ahead, select(was_released, slack_of(i), Real{}));
-  const Mask hits = both(asks, inverted(either(was_at_limit, is_free)));
+  // A strong drive that a limit has just let go would cross the whole range, until it is found to give less.
+  const Mask waits = is_driven(i) ? both(was_released, overshoots(i, after)) : is_set(Flag{});
+  const Mask hits = both(asks, inverted(either(was_at_limit, either(is_free, waits))));
   const Real drive = drive_impulse(i, after), held = given - drive - of_armature(i, after);
   const Mask leaves = both(both(asks, inverted(was_released)), both(was_at_limit, inverted(presses(i, held))));
   set_bit(released_, i, leaves);
@@ -622,13 +626,17 @@ FATHOM_LANE_FUNCTION void JointLink::note_hit(int i, Mask hits) {
   limits_.bounce[i] = select(hits, bounce, limits_.bounce[i]);
 }
 
+FATHOM_LANE_FUNCTION Mask JointLink::overshoots(int i, Real after) const {
+  const GenericAxis<Real>& a = axis(i);
+  const Real short_by = select(is_at_minus(i), after - drive_aim(i), drive_aim(i) - after);
+  const Mask may_relent = both(is_at_most(i), inverted(has_bit(relented_, i)));
+  return both(may_relent, inverted(short_by >= (1 - drive_slack) * a.most * a.compliance));
+}
+
 FATHOM_LANE_FUNCTION Mask JointLink::revise_drive(int i, Mask asks, Real given, Real after) {
-  const Real most = axis(i).most;
   const Mask was_at_most = is_at_most(i);
   const Mask exceeds = both(asks, exceeds_most(i, given));
-  const Real short_by = select(is_at_minus(i), after - drive_aim(i), drive_aim(i) - after);
-  const Mask may_relent = both(both(asks, was_at_most), inverted(has_bit(relented_, i)));
-  const Mask suffices = both(may_relent, inverted(short_by >= (1 - drive_slack) * most * axis(i).compliance));
+  const Mask suffices = both(asks, overshoots(i, after));
   set_bit(relented_, i, suffices);
   limits_.at_minus[i] = select(exceeds, flag(given < 0.0f), limits_.at_minus[i]);
   limits_.at_most[i] = flag(both(either(was_at_most, exceeds), inverted(suffices)));

@@ -211,8 +211,8 @@ class MechanismSolver : public LinkSolver<Access> {
   /// Solves so that anchors meet at the substep's end, or that they do not move against each other. The latter never
   /// adds energy, except for the share of gaps that it closes, whatever the arms do within the substep; where looking
   /// ahead does not make anchors meet, it takes its place. Starts again where the result activates other limits or
-  /// saturates drives, which the first round usually shows. Where revisions do not settle, drives alone are still held
-  /// to their largest force: each time at least one more, so this ends.
+  /// saturates drives, which the first round usually shows. Where revisions do not settle, and where positions have
+  /// moved, drives alone are still held to their largest force: each time at least one more, so this ends.
   ///
   /// Then come sweeps over the contacts together with all joints, which keep the limits and drives that they have
   /// found. But a motor that would have to give more than its largest force against the contacts is put at that force,
@@ -222,10 +222,11 @@ class MechanismSolver : public LinkSolver<Access> {
   /// substep follows all swings.
   template <bool soft>
   FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead, bool has_contacts) const {
-    bool is_settled = !soft;  // limits and drives stay, apart from motors against contacts
+    bool is_settled = false;
     for (int revision = 0;; ++revision) {
       const auto has_to_revise = [&] {
-        return !is_settled && (revision < max_revisions ? revise(m, h) : restrain(m, false));
+        if (is_settled) return false;
+        return soft && revision < max_revisions ? revise(m, h) : restrain(m, false);
       };
       const bool follows = eliminate_all<soft>(m, h, looks_ahead);
       if (looks_ahead)

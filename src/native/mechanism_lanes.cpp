@@ -621,9 +621,10 @@ LaneBits MechanismLanes::relax(float h) const {
   solver.eliminate_all();
   solver.each([&](std::uint32_t i) { solver.aim_at_rest(i, 0, solver.h); });
   solver.substitute(wide::all_set);
-  const LaneBits with_contacts = loaded();
+  const Mask no_drive_exceeds = ~solver.overdrive(wide::all_set);
+  const LaneBits with_contacts = loaded() & bits(no_drive_exceeds);
   if (with_contacts != 0) sweep_contacts<false>(work, with_contacts, h);
-  const Mask restrained = ~solver.overdrive(mask_of(with_contacts), true);
+  const Mask restrained = no_drive_exceeds & ~solver.overdrive(mask_of(with_contacts), true);
   const LaneBits done =
       bits(restrained & solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); })) & work.in_use;
   take_out(work.in_use & ~done);
