@@ -211,10 +211,10 @@ FATHOM_LANE_FUNCTION void stiffen_uneven(L inverse_mass_a, L inverse_mass_b, Con
   step.impulse_scale = select(is_uneven, splat<L>(uneven_share) * step.impulse_scale, step.impulse_scale);
 }
 
-/// Changes the impulses of a contact's points by equal shares that stop their mean motion, where its bodies meet or part
-/// faster than `landing_speed`. The sweep that follows would give most of an impact to the first point, and take an
-/// impulse that is no longer needed from it first: a body that lands flat would start to turn, and friction would throw
-/// it on (docs/solver.md, Free bodies and bouncing).
+/// Changes the impulses of a contact's points by equal shares that stop their mean motion, where its bodies meet or
+/// part faster than `landing_speed`. The sweep that follows would give most of an impact to the first point, and take
+/// an impulse that is no longer needed from it first: a body that lands flat would start to turn, and friction would
+/// throw it on (docs/solver.md, Free bodies and bouncing).
 template <ContactPass pass, bool held, class L, class Rows>
 FATHOM_LANE_FUNCTION void share_impact(Rows& rows, const NormalMotionOf<L>& moved, const ContactStepOf<L>& step,
                                        NormalSweep<L>& sweep) {
