@@ -147,7 +147,7 @@ TEST_P(BodyChanges, AreInSnapshots) {
 }
 
 // Contacts that end and begin again have no impulses to begin with, and what lies on them sinks in.
-TEST_P(BodyChanges, TheSameFilterMotionOrSensorChangesNothing) {
+TEST_P(BodyChanges, TheSameFilterMotionSensorOrMassChangesNothing) {
   world.add(ground());
   std::vector<BodyId> ids;
   for (int i = 0; i < 4; ++i) ids.push_back(world.add(cube({0, 0, 1 + static_cast<float>(i)})));
@@ -159,11 +159,54 @@ TEST_P(BodyChanges, TheSameFilterMotionOrSensorChangesNothing) {
       world.set_filter(id, world.filter(id));
       world.set_motion(id, MotionType::dynamic);
       world.set_sensor(id, false);
+      world.set_mass(id, world.mass(id), world.mass_properties(id).inertia);
     }
     world.step();
     other.step();
     ASSERT_EQ(world.state_hash(), other.state_hash()) << i;
   }
+}
+
+// A tank that fills: contacts that begin again in every step have no impulses, and the upper cube sank into the lower.
+TEST_P(BodyChanges, AMassThatChangesInEveryStepKeepsContacts) {
+  for (const float half : {0.025f, 0.5f}) {
+    World w(world_def());
+    w.add(ground());
+    const BodyId lower = w.add(dynamic(box({half, half, half}), {0, 0, 0.5f + half}, 1)),
+                 upper = w.add(dynamic(box({half, half, half}), {0, 0, 0.5f + 3 * half}, 1));
+    run(w, 60);
+    for (int i = 0; i < 600; ++i) {
+      w.set_mass(lower, 1 + 0.001f * static_cast<float>(i % 100));
+      w.set_mass(upper, 1 + 0.01f * static_cast<float>(i));
+      w.step();
+      ASSERT_TRUE(w.contacts_begun().empty() && w.contacts_ended().empty()) << half << " m, step " << i;
+    }
+    EXPECT_NEAR(w.pose(lower).position.z, 0.5f + half, 0.02f * half);
+    EXPECT_NEAR(w.pose(upper).position.z, 0.5f + 3 * half, 0.04f * half);
+  }
+}
+
+// Springs given by frequency, and mechanisms, count with the new mass as if the body had always had it.
+TEST_P(BodyChanges, JointsCountWithTheNewMass) {
+  const auto swing = [](bool later) {
+    World w(world_def());
+    const BodyId top = w.add(fixed(sphere(0.1f), {0, 0, 5}));
+    const float masses[] = {1, 40, 0.5f};
+    std::vector<BodyId> chain{top};
+    for (int i = 0; i < 3; ++i) {
+      const float x = static_cast<float>(i + 1);
+      chain.push_back(w.add(dynamic(box({0.1f, 0.2f, 0.3f}), {x, 0, 5}, later ? 3 : masses[i])));
+      const BodyId last = chain[chain.size() - 2];
+      const Pose frame = joint_frame({0.5f, 0, 0}, {0, 1, 0}), own_frame = joint_frame({-0.5f, 0, 0}, {0, 1, 0});
+      JointDef hinge = revolute_joint(last, chain.back(), frame, own_frame);
+      if (i != 1) hinge.axis(JointAxisName::twist).spring(2, 0.1f);
+      w.add_joint(hinge);
+    }
+    for (std::size_t i = 0; i < 3 && later; ++i) w.set_mass(chain[i + 1], masses[i]);
+    run(w, 60);
+    return w.pose(chain.back()).position;
+  };
+  EXPECT_LT(length(swing(true) - swing(false)), 1e-4f);
 }
 
 TEST_P(BodyChanges, WhatIsRefusedChangesNothing) {

@@ -253,6 +253,8 @@ struct SymMat3 {
   /// Elements.
   float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
   ///@}
+
+  friend bool operator==(const SymMat3&, const SymMat3&) = default;
 };
 /// @cond
 FATHOM_HD_SHORT Vec3 operator*(const SymMat3& m, Vec3 v) {

@@ -227,17 +227,18 @@ class FATHOM_API World {
   /// Reverts `exclude`: their filters and joints decide again.
   void include(BodyId a, BodyId b);
   bool is_excluded(BodyId a, BodyId b) const;  ///< whether `exclude` keeps them apart
-  // The next four replace the body under the same id, with its pose, velocity and joints: its contacts end and begin
-  // again in the next step, and forces applied since the last step are lost. They throw what `add` throws, and then
-  // leave the body unchanged. Setting the motion that a body has already, or the same for `sensor`, changes nothing.
+  // `set_motion`, `set_shape` and `set_sensor` replace the body under the same id, with its pose, velocity and joints:
+  // its contacts end and begin again in the next step, and forces applied since the last step are lost. They and
+  // `set_mass` throw what `add` throws, and then leave the body unchanged. Setting the motion or mass that a body has
+  // already, or the same for `sensor`, changes nothing.
 
   /// A body that becomes fixed stops. One that becomes dynamic gets the mass of its shape at 1,000 kg/m³; use
   /// `set_mass` to change it. Also throws `invalid_argument` if a joint would be left without a dynamic body.
   void set_motion(BodyId id, MotionType motion);
   /// Its centre of mass stays in place. A dynamic body keeps its mass and gets the shape's inertia.
   void set_shape(BodyId id, const Shape& shape);
-  /// Mass (kg) and inertia (kg·m², body axes), which defaults to the shape's. Throws `invalid_argument` for bodies that
-  /// are not dynamic.
+  /// Mass (kg) and inertia (kg·m², body axes), which defaults to the shape's. Velocity, contacts and their impulses
+  /// stay. Throws `invalid_argument` for bodies that are not dynamic.
   void set_mass(BodyId id, float mass, const std::optional<SymMat3>& inertia = {});
   /// Whether it is a sensor (sensor.hpp).
   void set_sensor(BodyId id, bool sensor);

@@ -64,6 +64,10 @@ class DeviceSimulator final : public Simulator {
     trees_are_stale_ = true;
   }
   void info_changed(std::uint32_t slot) override { constants_changed(slot, 0); }
+  void mass_changed(std::uint32_t slot) override {
+    constants_changed(slot, 0);
+    trees_are_stale_ = true;
+  }
   void callbacks_changed() override;
   void gravity_changed() override;
   void wake(std::uint32_t slot) override;

@@ -79,6 +79,11 @@ void NativeSimulator::info_changed(std::uint32_t slot) {
   wake(slot);
 }
 
+void NativeSimulator::mass_changed(std::uint32_t slot) {
+  info_changed(slot);
+  solver_.mechanisms().find_anew();  // trees know how their bodies' masses compare
+}
+
 void NativeSimulator::filter_changed(std::uint32_t slot) {
   state_.note_filter(slot, bodies[slot]);
   solver_.mechanisms().find_anew();

@@ -49,6 +49,7 @@ class NativeSimulator : public Simulator {
   void material_changed(std::uint32_t slot) override;
   void filter_changed(std::uint32_t slot) override;
   void info_changed(std::uint32_t slot) override;
+  void mass_changed(std::uint32_t slot) override;
   void gravity_changed() override;
   void wake(std::uint32_t slot) override;
   bool is_awake(std::uint32_t slot) const override { return state_.flags[slot] & awake; }

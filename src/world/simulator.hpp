@@ -53,10 +53,11 @@ class Simulator {
   // Setters wake the body; changes that affect touching bodies wake those as well. Only its own setters, not changes to
   // other bodies, free a body that was isolated for a non-finite state.
 
-  /// The body's material, filter, damping or gravity scale has changed in the table.
+  /// The body's material, filter, damping or gravity scale, or its mass or inertia, has changed in the table.
   virtual void material_changed(std::uint32_t slot) = 0;
   virtual void filter_changed(std::uint32_t slot) = 0;
   virtual void info_changed(std::uint32_t slot) = 0;
+  virtual void mass_changed(std::uint32_t slot) = 0;
   /// A callback was set or emptied.
   virtual void callbacks_changed() {}
   /// Wakes all bodies that gravity acts on.

@@ -268,8 +268,8 @@ bool World::is_excluded(BodyId a, BodyId b) const {
   return simulator_->excluded.contains(simulator_->bodies.slot(a, action), simulator_->bodies.slot(b, action));
 }
 
-/// Redefines the body in place, with its joints.
-static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, const char* action) {
+/// Throws what adding the body would, and names the action.
+static void check_change(const BodyDef& def, const char* action) {
   try {
     check_body(def);
     BodyTable().add(def);  // throws what the table would, before anything changes
@@ -279,6 +279,11 @@ static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, 
     if (text.starts_with(adding)) text.replace(0, adding.size(), action);
     throw Error(error.code(), text);
   }
+}
+
+/// Redefines the body in place, with its joints.
+static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, const char* action) {
+  check_change(def, action);
   sim.synchronise();
   const Pose pose = sim.poses()[slot];
   const Velocity velocity = def.motion == MotionType::fixed ? Velocity{} : sim.velocities()[slot];
@@ -320,12 +325,22 @@ void World::set_shape(BodyId id, const Shape& shape) {
 }
 
 void World::set_mass(BodyId id, float mass, const std::optional<SymMat3>& inertia) {
-  const std::uint32_t slot = slot_to_change(*simulator_, id, "set mass");
-  BodyDef def = simulator_->bodies.definition(slot);
+  Simulator& sim = *simulator_;
+  const std::uint32_t slot = slot_to_change(sim, id, "set mass");
+  BodyDef def = sim.bodies.definition(slot);
   if (def.motion != MotionType::dynamic) refuse("set mass: the body is not dynamic; only dynamic bodies have a mass");
+  const float mass_before = *def.mass;
+  const SymMat3 inertia_before = *def.inertia;
   def.mass = mass;
   def.inertia = inertia;
-  change_body(*simulator_, slot, def, "set mass");
+  check_change(def, "set mass");
+  sim.bodies.change(slot, def);
+  if (sim.bodies[slot].mass == mass_before && sim.bodies[slot].inertia == inertia_before) return;
+  sim.mass_changed(slot);
+  for (const std::uint32_t joint : sim.joints.of(slot)) {
+    sim.joints.change(joint, JointDef(sim.joints[joint].def), sim.bodies);
+    sim.joint_changed(joint);
+  }
 }
 
 void World::set_sensor(BodyId id, bool sensor) {
