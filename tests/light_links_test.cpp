@@ -134,5 +134,64 @@ TEST_P(LightLinks, WhatSpinsTooFastLosesEnergyUntilItMeets) {
   }
 }
 
+// A crane's hook block: a light box between two ropes, with a load on the lower one, swings. The ropes' pull turns it
+// faster than a substep can follow; it was thrown at the limit of speed, and the ropes ended 1,000 times as long.
+TEST_P(LightLinks, AHookBlockSwingsQuietly) {
+  for (const float size : {0.1f, 1.0f})
+    for (const float load : {10.0f, 30.0f, 100.0f})
+      for (int i = 0; i < 5; ++i) {
+        World world(GetParam().quiet());
+        const auto add = [&](Vec3 half, float mass, Vec3 at) {
+          BodyDef def = on_floor(box(half), mass, at);
+          def.filter.mask = 0;
+          return world.add(def);
+        };
+        const float length_1 = (1 + 0.7f * static_cast<float>(i)) * size, about = 1.3f * static_cast<float>(i);
+        const Vec3 hook = length_1 * normalize(Vec3{std::cos(about), std::sin(about), -0.6f});
+        const float half = 0.1f * size;
+        const BodyId top = add_anchor(world, {});
+        const BodyId block = add({half, half, half}, 1, hook);
+        const BodyId weight = add({half, 2 * half, half}, load, hook + Vec3{0.3f * size, 0, -0.45f * length_1});
+        const JointId upper = world.add_joint(distance_joint(top, block, {}, {-half, 0, 0}, 0, length_1));
+        const JointId lower =
+            world.add_joint(distance_joint(block, weight, {half, 0, 0}, {0, 2 * half, 0}, 0, 0.5f * length_1));
+        float fastest = 0;
+        for (int step = 0; step < 300; ++step) {
+          world.step();
+          fastest = std::max(fastest, length(world.velocity(weight).linear));
+        }
+        EXPECT_LT(fastest, 2 * std::sqrt(9.81f * 1.6f * length_1)) << size << " m, " << load << " kg, " << i;
+        EXPECT_LT(world.joint_positions(upper)[0], 1.01f * length_1) << size << " m, " << load << " kg, " << i;
+        EXPECT_LT(world.joint_positions(lower)[0], 0.51f * length_1) << size << " m, " << load << " kg, " << i;
+      }
+}
+
+// A tether of light links that a vehicle of 10 t pulls to and fro. Its links whip, and it opened by 21 m.
+TEST_P(LightLinks, ATetherHoldsAHeavyVehicle) {
+  World world(GetParam().quiet());
+  const float reach = 0.095f;
+  const auto add = [&](const Shape& shape, float mass, Vec3 at) {
+    BodyDef def = on_floor(shape, mass, at);
+    def.filter.mask = 0, def.gravity_scale = 0;
+    return world.add(def);
+  };
+  BodyId last = add_anchor(world, {});
+  for (int i = 0; i < 30; ++i) {
+    const BodyId link = add(capsule(0.025f, reach), 0.45f, {0, 0, -reach * static_cast<float>(1 + 2 * i)});
+    world.add_joint(ball_joint(last, link, {0, 0, i > 0 ? -reach : 0}, {0, 0, reach}));
+    last = link;
+  }
+  const BodyId vehicle = add(box({1.4f, 1, 0.8f}), 1e4f, {0, 0, -60 * reach - 0.8f});
+  world.add_joint(ball_joint(last, vehicle, {0, 0, -reach}, {0, 0, 0.8f}));
+  float widest = 0;
+  for (int step = 0; step < 1800; ++step) {
+    const float time = static_cast<float>(step) / 60;
+    world.apply_force(vehicle, 5e3f * Vec3{std::cos(0.1f * time), std::sin(0.13f * time), 0.3f});
+    world.step();
+    widest = std::max(widest, widest_gap(world));
+  }
+  EXPECT_LT(widest, 0.1f);
+}
+
 }  // namespace
 }  // namespace fathom::test::light_links_test

@@ -89,10 +89,28 @@ class JointLink {
   /// Chooses coordinates by the held axes, and sets the drives' impulses. Returns whether the elimination has to be
   /// repeated.
   FATHOM_LANE_FUNCTION Mask choose_coordinates(const LinkPair& pair);
+  /// Whether the gap between its anchors is wide.
+  FATHOM_LANE_FUNCTION Mask is_torn() const {
+    Real gap{};  // squared
+    for (int i = 0; i < translations; ++i) {
+      if (!is_locked(i) && !is_limited(i)) continue;
+      const Real beyond = max(max(value_[i] - axis(i).upper, axis(i).lower - value_[i]), Real{});
+      gap = fma(beyond, beyond, gap);
+    }
+    const Real narrow = torn_share * reach();
+    return gap > narrow * narrow;
+  }
   /// Eliminates the body with all that hangs on it.
   FATHOM_LANE_FUNCTION void eliminate(const TreeInertia& body) { link_ = eliminated(body, arm(), freedom_); }
   /// Adds what the parent feels of it.
   FATHOM_LANE_FUNCTION void add_to(TreeInertia& parent) const { add_child(parent, link_, freedom_, parent_arm()); }
+  /// Stiffness of a taut rope or rod against swinging its ends across it: the momentum that it takes per velocity of the
+  /// ends within a substep of length h (kg), h² F / L under the tension F; `pull`: the joint's impulse h F on the body.
+  FATHOM_LANE_FUNCTION Real tension_stiffness(Vec3 pull, Real h) const;
+  /// Response of the body, with all that hangs on it, to a push across the rope or rod (1/kg).
+  FATHOM_LANE_FUNCTION Real response_across_rope() const { return max(link_.inverse[1], link_.inverse[2]); }
+  /// Evaluates the tension's push across the rope at the substep's end.
+  FATHOM_LANE_FUNCTION void stiffen_rope(const LinkPair& pair, Vec3 pull, Real h);
   /// Response of the body, with all that hangs on it, to turning across `axis` in the free coordinates (1/(kg·m²)).
   FATHOM_LANE_FUNCTION Real response_across(Vec3 axis) const;
   /// Sets a round's errors (m/s and rad/s) so that held axes reach their wanted value within h, gaps closing at `most`
@@ -417,6 +435,24 @@ FATHOM_LANE_FUNCTION void JointLink::set_drives(const LinkPair& pair) {
   }
 }
 
+FATHOM_LANE_FUNCTION Real JointLink::tension_stiffness(Vec3 pull, Real h) const {
+  if (!is_distance()) return Real{};
+  const Real impulse = max(-sign() * dot(along_[0], pull), Real{});
+  const Real stiffness = h * impulse / max(value_[0], 1e-3f * reach());
+  return select(impulse > 0.0f, min(stiffness, splat<Real>(1e30f)), Real{});  // finite, whatever the length
+}
+
+FATHOM_LANE_FUNCTION void JointLink::stiffen_rope(const LinkPair& pair, Vec3 pull, Real h) {
+  if (!is_distance()) return;
+  const Real stiffness = tension_stiffness(pull, h);
+  const Vec3 apart = (pair.body.linear + cross(pair.body.angular, arm())) -
+                     (pair.parent.linear + cross(pair.parent.angular, parent_arm()));
+  for (int k = 1; k < translations; ++k) {
+    freedom_.stiffness[k] = freedom_.stiffness[k] + stiffness;
+    drive_[k] = fma(-stiffness, dot(freedom_.along[k], apart), drive_[k]);
+  }
+}
+
 FATHOM_LANE_FUNCTION Real JointLink::response_across(Vec3 axis) const {
   Real sum{};
   for (int k = 0; k < 3; ++k) {
@@ -459,7 +495,8 @@ FATHOM_LANE_FUNCTION Real JointLink::wanted_value(int i, const LinkPair& pair, R
 FATHOM_LANE_FUNCTION Real JointLink::closing_rate(int i, Real rate, Real gap_share, Real min_share, Real most,
                                                   Real h) const {
   Real least = min_share / h;
-  if (i < translations) least = least * reach();
+  // A rope's own length does not count: pulled by a hundredth of it, a body on short arms would be spun up.
+  if (i < translations) least = least * (length(row_.arm_a) + length(row_.arm_b));
   const Real pull = min(most, abs(rate) + least);
   return clamp(gap_share / h * (value_[i] - bound(i)), -pull, pull);
 }

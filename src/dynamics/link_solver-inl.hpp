@@ -46,6 +46,8 @@ struct LinkSolver {
   FATHOM_LANE_FUNCTION Vec3 force_of(std::uint32_t i) const {
     return has_generic(i) ? generic(i).force() : state(i).row.impulse;
   }
+  /// The last impulse, also where a projection has dropped it.
+  FATHOM_LANE_FUNCTION Vec3 last_pull(std::uint32_t i) const { return force_of(i) + state(i).dropped; }
   FATHOM_LANE_FUNCTION Vec3 torque_of(std::uint32_t i) const { return has_generic(i) ? generic(i).torque() : Vec3{}; }
   /// Whether its joint's pull may swing the link's body.
   FATHOM_LANE_FUNCTION Mask may_swing(std::uint32_t i) const {
@@ -126,6 +128,7 @@ struct LinkSolver {
     return h * length(with_carried(i, 1, {}).angular) <= max_drift;
   }
   FATHOM_LANE_FUNCTION void let_go(std::uint32_t i) const {
+    state(i).dropped += force_of(i);
     state(i).row.impulse = state(i).moment = state(i).parent_moment = {};
     if (has_generic(i)) generic(i).let_go();
   }
@@ -205,6 +208,18 @@ struct LinkSolver {
   FATHOM_LANE_FUNCTION static Vec3 gap(const LinkState& s, const LinkMotion& parent) {
     return s.row.gap + ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
   }
+  /// Sets how fast a gap closes. Where the mechanism solves contacts, which may keep it open, a wide gap's pull would
+  /// grow without end: it closes the more slowly the harder it pulls, and not at all where the last pull would have given
+  /// the whole mechanism, of this `mass` (kg), the speed with which gaps close.
+  FATHOM_LANE_FUNCTION void set_closing(std::uint32_t i, Real mass, Mask solves_contacts) const {
+    LinkState& s = state(i);
+    const Real most = access.push_out_velocity();
+    s.closing = most;
+    if (links[i].joint == none || !anywhere(solves_contacts)) return;
+    const Mask is_wide = has_generic(i) ? generic(i).is_torn() : length(gap(s, parent_of(i))) > torn_share * reach(s);
+    const Real slowed = max(most - length(last_pull(i)) / mass, Real{});
+    s.closing = select(both(solves_contacts, is_wide), slowed, most);
+  }
   /// Their gap after the bodies have moved for h (s), divided by h, less what a wide gap may keep: no gap closes faster
   /// than overlaps do, because closing a wide gap at once would throw the body.
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, Real h) const {
@@ -212,7 +227,7 @@ struct LinkSolver {
       return mul_add(m.moved, h, m.linear) + (turned_by(m.ahead, arm) - arm);
     };
     const Vec3 ahead = s.row.gap + (anchor_ahead(s.motion, s.row.arm_b) - anchor_ahead(parent, s.row.arm_a));
-    const Vec3 at_once = (1.0f / h) * gap(s, parent), kept = at_once - limited(at_once, access.push_out_velocity());
+    const Vec3 at_once = (1.0f / h) * gap(s, parent), kept = at_once - limited(at_once, s.closing);
     return mul_add((1.0f / h) * ahead - kept, -0.5f * h, s.row.pull);
   }
   /// The length by which its gaps are judged.
@@ -245,16 +260,21 @@ struct LinkSolver {
       const Mask swings = may_swing(of);
       if (anywhere(swings)) act(arm, select(swings, stiffness(force, arm, h), Real{}));
     };
-    pull(i, state(i).arm, force_of(i));
+    pull(i, state(i).arm, last_pull(i));
     for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
-      pull(c, state(c).parent_arm, -force_of(c));
+      pull(c, state(c).parent_arm, -last_pull(c));
   }
   /// Whether joints turn the body slowly enough under their load for a substep to follow: it swings about its anchor
   /// under a pull F at r with ω² = F r / I, where I is the inertia of it and all that hangs on it. An explicit step
-  /// follows up to h ω = 2.
+  /// follows up to h ω = 2. A rope under the tension F, L long, swings its ends across it with ω² = F / (L m), too.
   FATHOM_LANE_FUNCTION Mask can_follow(std::uint32_t i, Real h) const {
     Real sum{};  // of (h ω)²
     each_pull(i, h, [&](Vec3 arm, Real k) { sum += k * response_across(i, normalize(arm)); });
+    if (has_generic(i)) {
+      Real response = generic(i).response_across_rope();
+      if (links[i].parent != none) response += access.body(links[i].parent, links[links[i].parent]).inverse_mass;
+      sum = fma(generic(i).tension_stiffness(last_pull(i), h), response, sum);
+    }
     return sum <= stiffest_swing;
   }
   /// Response of the link's body, with all that hangs on it, to turning across `axis` about its anchor (1/(kg·m²)).
@@ -450,7 +470,7 @@ struct LinkSolver {
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION void aim_ahead(std::uint32_t i, Real h) const {
     if (links[i].joint == none) return;
     if (has_generic(i))
-      generic(i).aim_ahead(pair_of(i), access.push_out_velocity(), h);
+      generic(i).aim_ahead(pair_of(i), state(i).closing, h);
     else
       state(i).error = gap_ahead(state(i), parent_of(i), h);
   }
@@ -463,7 +483,7 @@ struct LinkSolver {
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION void aim_at_rest(std::uint32_t i, float gap_share, Real h) const {
     if (links[i].joint == none) return;
     LinkState& s = state(i);
-    const Real most = access.push_out_velocity();
+    const Real most = s.closing;
     const LinkMotion& parent = parent_of(i);
     if (has_generic(i))
       return generic(i).aim_at_rest({s.motion, parent}, splat<Real>(gap_share), splat<Real>(closing_share), most, h);
@@ -515,7 +535,8 @@ struct LinkSolver {
     LinkState& s = state(i);
     if (!link.is_copy()) access.add_velocity(i, link, s.change.linear, turned_back_by(s.spin, s.change.angular));
     if (link.joint == none) return;
-    const Vec3 before = force_of(i);
+    const Vec3 before = last_pull(i);
+    s.dropped = {};
     Vec3 force = s.impulse, torque;
     if (has_generic(i)) {
       JointLink& joint = generic(i);

@@ -20,8 +20,10 @@ struct LinkState {
   Flag is_changed;          ///< by the last pass
   TreeLoad load, handed;    ///< on the body, and what its parent gets at the joint
   Vec3 error;               ///< m/s
+  Real closing;             ///< m/s, the fastest with which a gap closes in this substep
   TreeChange step, change;  ///< of a round, and of all rounds
   Vec3 impulse;             ///< N·s, of all rounds
+  Vec3 dropped;             ///< N·s, of the last substep, that a projection starts without
 };
 
 /// What a link needs while its mechanism sweeps over contacts (dynamics/link_contact.hpp).

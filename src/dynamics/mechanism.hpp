@@ -113,6 +113,7 @@ class MechanismSolver : public LinkSolver<Access> {
     const bool looks_ahead = soft && all(m, [&](std::uint32_t i) { return this->turns_slowly(i, h); });
     if (soft && !looks_ahead) start_anew(m, h);
     const bool has_contacts = access.solves_contacts(links[m.first].mechanism);
+    if (soft) each(m, [&](std::uint32_t i) { this->set_closing(i, m.mass, has_contacts); });
     const bool follows = solve_with_limits<soft>(m, h, looks_ahead, has_contacts);
     if (all(m, [&](std::uint32_t i) { return this->is_sound(i, h); })) {
       if (soft) each(m, [&](std::uint32_t i) { this->note_pressed(i, h, has_contacts); });
@@ -123,8 +124,10 @@ class MechanismSolver : public LinkSolver<Access> {
     if (has_contacts) take_back_contacts(m);
     if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
       forget(m);
-    else if (soft)
+    else if (soft) {
       start_anew(m, h);
+      each(m, [&](std::uint32_t i) { state(i).dropped = {}; });
+    }
   }
 
  private:
@@ -189,6 +192,7 @@ class MechanismSolver : public LinkSolver<Access> {
     BallJointRow<float>& row = state(i).row;
     row.impulse = row.total = state(i).moment = state(i).parent_moment = {};
     if (has_generic(i)) generic(i).forget();
+    state(i).dropped = {};
   }
 
   // --- a solution ------------------------------------------------------------------------------------------------
@@ -228,7 +232,7 @@ class MechanismSolver : public LinkSolver<Access> {
         if (is_settled) return false;
         return soft && revision < max_revisions ? revise(m, h) : restrain(m, false);
       };
-      const bool follows = eliminate_all<soft>(m, h, looks_ahead);
+      const bool follows = eliminate_all<soft>(m, h);
       if (looks_ahead)
         take_first_round(m, h);
       else
@@ -252,9 +256,9 @@ class MechanismSolver : public LinkSolver<Access> {
   }
   /// Also sets the loads to the impulses that bodies carry over. Returns whether the substep follows all swings.
   template <bool soft>
-  FATHOM_HD bool eliminate_all(const Mechanism& m, float h, bool looks_ahead) const {
+  FATHOM_HD bool eliminate_all(const Mechanism& m, float h) const {
     from_leaves(m, [&](std::uint32_t i) { this->eliminate(i); });
-    const bool follows = !looks_ahead || all(m, [&](std::uint32_t i) { return this->can_follow(i, h); });
+    const bool follows = !soft || all(m, [&](std::uint32_t i) { return this->can_follow(i, h); });
     if (!follows) {
       each(m, [&](std::uint32_t i) { stiffen(i, h); });
       from_leaves(m, [&](std::uint32_t i) { this->eliminate(i); });
@@ -318,6 +322,7 @@ class MechanismSolver : public LinkSolver<Access> {
       const Mat3 outer{axis.x * axis, axis.y * axis, axis.z * axis};
       body.of_body.angular = body.of_body.angular + k * (diagonal(1) - outer);
     });
+    if (has_generic(i)) generic(i).stiffen_rope(this->pair_of(i), this->last_pull(i), h);
   }
   /// The load of that stiffness at the body's current motion.
   FATHOM_HD void load_stiffened(std::uint32_t i, float h) const {

@@ -45,6 +45,7 @@ struct Mechanism {
   std::uint32_t level, levels;       ///< in the list of levels, each a first link: first entry and number of levels
   std::uint32_t closures = 0;        ///< number of copies, which are listed after the levels
   std::uint32_t closure_memory = 0;  ///< offset of its LoopClosure's memory (floats)
+  float mass = 0;                    ///< kg, of its bodies
 
   FATHOM_HD std::uint32_t first_closure() const { return level + levels + 1; }
 };

@@ -324,6 +324,11 @@ struct MechanismLanes::Work {
         memory(lanes.batch_.memory, links, generic),
         in_use((1u << lanes.batch_.numbers.size()) - 1) {}
 
+  Eight masses(const MechanismLanes& lanes) const {
+    Eight masses = eight(first.mass);
+    for (std::uint32_t lane = 1; lane < lanes.batch_.numbers.size(); ++lane) masses[lane] = lanes.mechanism(lane).mass;
+    return masses;
+  }
   LaneSolver solver(const MechanismLanes& lanes, float h) const {
     const World& w = lanes.world_;
     return {{{memory, first.first, first_generic, w.state.solver_bodies(), w.state.inertia.data(), w.push_out, w.limits,
@@ -587,6 +592,9 @@ LaneBits MechanismLanes::pull_together(float h) const {
   LaneSolver solver = work.solver(*this, h);
   for (std::uint32_t i = 0; i < work.generic; ++i) work.memory.limits[i] = work.memory.generic[i].limits();
   solver.turn_all(false);
+  const Eight masses = work.masses(*this);
+  const EightInts solves_contacts = mask_of(loaded());
+  solver.each([&](std::uint32_t i) { solver.set_closing(i, masses, solves_contacts); });
   const Mask slow = solver.all([&](std::uint32_t i) { return solver.turns_slowly(i, solver.h); });
   Mask good = solver.solve_with_limits(slow);
   good = good & solver.all([&](std::uint32_t i) { return solver.does_meet(i, solver.h); });

@@ -155,8 +155,11 @@ class JointTrees {
     const auto may_collide = [&](const MechanismLink& link) { return source.may_collide(link.body); };
     const bool may_be_hit = closures > 0 && std::ranges::any_of(tree, may_collide);
     if (count <= max_links && !is_net && !may_be_hit && source.accepts(tree)) {
+      float mass = 0;
+      for (const MechanismLink& link : tree)
+        if (!link.is_copy()) mass += 1 / source.inverse_mass(link.body);
       mechanisms_.push_back(
-          {first, end, level, static_cast<std::uint32_t>(levels_.size()) - level, closures, closure_floats_});
+          {first, end, level, static_cast<std::uint32_t>(levels_.size()) - level, closures, closure_floats_, mass});
       levels_.push_back(end);
       levels_.insert(levels_.end(), copies_.begin(), copies_.end());
       closure_floats_ += LoopClosure::size(closures);
