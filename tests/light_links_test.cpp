@@ -166,6 +166,35 @@ TEST_P(LightLinks, AHookBlockSwingsQuietly) {
       }
 }
 
+// A load on four ropes that meet in a light hook. The hook was thrown at up to the limit of speed.
+TEST_P(LightLinks, ASlingSwingsQuietly) {
+  for (const float size : {0.05f, 0.15f, 0.5f})
+    for (const float speed : {0.2f, 0.5f, 0.9f}) {  // in √(g s)
+      World world(GetParam().quiet());
+      const BodyId top = add_anchor(world, {});
+      const auto add = [&](float half, float mass, float z) {
+        BodyDef def = dynamic(box({half, half, half}), {0, 0, z}, mass);
+        def.filter.mask = 0;
+        return world.add(def);
+      };
+      const float half = 0.1f * size, unit = std::sqrt(9.81f * size);
+      const BodyId hook = add(half, 0.01f, -2 * size), load = add(0.5f * size, 10, -3.5f * size);
+      world.add_joint(distance_joint(top, hook, {}, {0, 0, half}, 0, 2 * size - half));
+      for (int i = 0; i < 4; ++i) {
+        const Vec3 corner{(i & 1 ? 0.5f : -0.5f) * size, (i & 2 ? 0.5f : -0.5f) * size, 0.5f * size};
+        const Vec3 rope = corner + Vec3{0, 0, -1.5f * size + half};
+        world.add_joint(distance_joint(hook, load, {0, 0, -half}, corner, 0, length(rope)));
+      }
+      world.set_velocity(load, {speed * unit, 0.3f * speed, 0}, {0, 0, speed});
+      float fastest = 0;
+      for (int step = 0; step < 300; ++step) {
+        world.step();
+        for (const BodyId id : {hook, load}) fastest = std::max(fastest, length(world.velocity(id).linear));
+      }
+      EXPECT_LT(fastest, 3 * unit) << size << " m, " << speed;
+    }
+}
+
 // A tether of light links that a vehicle of 10 t pulls to and fro. Its links whip, and it opened by 21 m.
 TEST_P(LightLinks, ATetherHoldsAHeavyVehicle) {
   World world(GetParam().quiet());
