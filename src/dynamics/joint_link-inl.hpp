@@ -104,8 +104,8 @@ class JointLink {
   FATHOM_LANE_FUNCTION void eliminate(const TreeInertia& body) { link_ = eliminated(body, arm(), freedom_); }
   /// Adds what the parent feels of it.
   FATHOM_LANE_FUNCTION void add_to(TreeInertia& parent) const { add_child(parent, link_, freedom_, parent_arm()); }
-  /// Stiffness of a taut rope or rod against swinging its ends across it: the momentum that it takes per velocity of the
-  /// ends within a substep of length h (kg), h² F / L under the tension F; `pull`: the joint's impulse h F on the body.
+  /// Stiffness of a taut rope or rod against swinging its ends across it: momentum per velocity of the ends (kg) within
+  /// a substep of length h, h² F / L under the tension F; `pull`: the joint's impulse h F on the body.
   FATHOM_LANE_FUNCTION Real tension_stiffness(Vec3 pull, Real h) const;
   /// Response of the body, with all that hangs on it, to a push across the rope or rod (1/kg).
   FATHOM_LANE_FUNCTION Real response_across_rope() const { return max(link_.inverse[1], link_.inverse[2]); }

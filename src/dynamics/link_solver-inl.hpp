@@ -209,8 +209,8 @@ struct LinkSolver {
     return s.row.gap + ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
   }
   /// Sets how fast a gap closes. Where the mechanism solves contacts, which may keep it open, a wide gap's pull would
-  /// grow without end: it closes the more slowly the harder it pulls, and not at all where the last pull would have given
-  /// the whole mechanism, of this `mass` (kg), the speed with which gaps close.
+  /// grow without end: it closes the more slowly the harder it pulls, and not at all where the last pull would have
+  /// given the whole mechanism, of this `mass` (kg), the speed with which gaps close.
   FATHOM_LANE_FUNCTION void set_closing(std::uint32_t i, Real mass, Mask solves_contacts) const {
     LinkState& s = state(i);
     const Real most = access.push_out_velocity();
