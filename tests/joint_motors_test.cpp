@@ -100,7 +100,7 @@ class MotorChain {
 
 // With limits that hit and let go in turn a substep's revisions may not settle; a drive that counted as holding then
 // gave whatever it took, up to 1,800 times its limit. So it did, up to 47 times, where another axis of the chain
-// stopped at its limit once positions had moved. These were the worst of 6,000 chains.
+// stopped at its limit once positions had moved. These were the worst ones.
 TEST_P(JointMotors, NeverExceedTheirLimitInChains) {
   for (const std::uint32_t seed :
        {147, 405, 1044, 1230, 1235, 1320, 1426, 1465, 1470, 1803, 2108, 2240, 3801, 3873, 5057, 5350}) {

@@ -166,7 +166,8 @@ TEST_P(LightLinks, AHookBlockSwingsQuietly) {
       }
 }
 
-// A load on four ropes that meet in a light hook. The hook was thrown at up to the limit of speed.
+// A load on four ropes that meet in a light hook: loops of bodies that collide with nothing. The hook was thrown at up
+// to the limit of speed.
 TEST_P(LightLinks, ASlingSwingsQuietly) {
   for (const float size : {0.05f, 0.15f, 0.5f})
     for (const float speed : {0.2f, 0.5f, 0.9f}) {  // in √(g s)

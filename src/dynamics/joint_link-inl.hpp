@@ -89,8 +89,8 @@ class JointLink {
   /// Chooses coordinates by the held axes, and sets the drives' impulses. Returns whether the elimination has to be
   /// repeated.
   FATHOM_LANE_FUNCTION Mask choose_coordinates(const LinkPair& pair);
-  /// Whether the gap between its anchors is wide.
-  FATHOM_LANE_FUNCTION Mask is_torn() const {
+  /// Whether the gap between its anchors is wide: beyond `torn_share` of the arms (`LinkSolver::set_closing`).
+  FATHOM_LANE_FUNCTION Mask has_wide_gap() const {
     Real gap{};  // squared
     for (int i = 0; i < translations; ++i) {
       if (!is_locked(i) && !is_limited(i)) continue;

@@ -216,7 +216,8 @@ struct LinkSolver {
     const Real most = access.push_out_velocity();
     s.closing = most;
     if (links[i].joint == none || !anywhere(solves_contacts)) return;
-    const Mask is_wide = has_generic(i) ? generic(i).is_torn() : length(gap(s, parent_of(i))) > torn_share * reach(s);
+    const Mask is_wide =
+        has_generic(i) ? generic(i).has_wide_gap() : length(gap(s, parent_of(i))) > torn_share * reach(s);
     const Real slowed = max(most - length(last_pull(i)) / mass, Real{});
     s.closing = select(both(solves_contacts, is_wide), slowed, most);
   }

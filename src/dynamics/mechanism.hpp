@@ -122,9 +122,9 @@ class MechanismSolver : public LinkSolver<Access> {
       return;
     }
     if (has_contacts) take_back_contacts(m);
-    if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
+    if (!all(m, [&](std::uint32_t i) { return carries_finite(i); })) {
       forget(m);
-    else if (soft) {
+    } else if (soft) {
       start_anew(m, h);
       each(m, [&](std::uint32_t i) { state(i).dropped = {}; });
     }

@@ -114,6 +114,11 @@ class ContactChanges {
   struct PlacedBlock {
     std::uint32_t block, begun, ended, gone;
   };
+  /// A touch that begins, by its bodies.
+  struct OfBodies {
+    std::uint64_t bodies;
+    std::uint32_t begun;  // index
+  };
   void list_changed_blocks(ContactGraph& graph);
   static void add_parts(ContactGraph& graph, Block& block);
   void gather(ContactGraph& graph, PlacedBlock next);
@@ -129,10 +134,6 @@ class ContactChanges {
   LargeArray<GraphEdge> edges_begun_, edges_ended_;
   LargeArray<Pair> pairs_gone_;
   LargeArray<const NewManifold*> first_manifolds_;
-  struct OfBodies {
-    std::uint64_t bodies;
-    std::uint32_t begun;  // index
-  };
   std::vector<OfBodies> by_bodies_, scratch_;
   std::vector<std::uint32_t> order_;
 };

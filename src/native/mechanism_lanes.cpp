@@ -324,6 +324,7 @@ struct MechanismLanes::Work {
         memory(lanes.batch_.memory, links, generic),
         in_use((1u << lanes.batch_.numbers.size()) - 1) {}
 
+  /// kg, of each lane's mechanism.
   Eight masses(const MechanismLanes& lanes) const {
     Eight masses = eight(first.mass);
     for (std::uint32_t lane = 1; lane < lanes.batch_.numbers.size(); ++lane) masses[lane] = lanes.mechanism(lane).mass;
