@@ -142,6 +142,14 @@ class JointLink {
   FATHOM_LANE_FUNCTION Mask meets(const LinkPair& pair, Real share, Real h);
   FATHOM_LANE_FUNCTION void take_back();
   FATHOM_LANE_FUNCTION LinkLimits& limits() { return limits_; }
+  /// Sets where the substep will leave the axes at the bodies' current motion.
+  FATHOM_LANE_FUNCTION void look_ahead(const LinkPair& pair, Real h);
+  FATHOM_LANE_FUNCTION const JointVector& ahead() const { return ahead_; }
+  /// The same as found before at the same motion.
+  FATHOM_LANE_FUNCTION void know_ahead(const JointVector& ahead) {
+    for (int i = 0; i < axis_count; ++i) ahead_[i] = ahead[i];
+    knows_ahead_ = all_set;
+  }
   FATHOM_LANE_FUNCTION Vec3 force_more() const { return force_more_; }
   FATHOM_LANE_FUNCTION Vec3 torque_more() const { return torque_more_; }
   /// Adopts the rounds' impulses; `ends`: the substep is over.
@@ -207,8 +215,6 @@ class JointLink {
   /// The rate that closes an axis' gap to its bound, at most this share of the gap.
   FATHOM_LANE_FUNCTION Real closing_rate(int i, Real rate, Real gap_share, Real min_share, Real most, Real h) const;
   FATHOM_LANE_FUNCTION Real rate(int i, const LinkPair& pair) const;
-  /// Sets `ahead_`: where the substep will leave the axes at the bodies' current motion.
-  FATHOM_LANE_FUNCTION void look_ahead(const LinkPair& pair, Real h);
   /// Adds axis i as a coordinate where it `belongs`; `count`: number of rotations so far.
   FATHOM_LANE_FUNCTION void add_rotation(int i, Mask belongs, bool is_free, AxisNumber& count);
   FATHOM_LANE_FUNCTION void set_drives(const LinkPair& pair);
@@ -277,7 +283,7 @@ class JointLink {
 FATHOM_LANE_FUNCTION void JointLink::begin(const GenericJointDefinition<Real>& joint, bool is_b, const LinkStart& body,
                                            const LinkStart& parent, const Vec3& anchor, const Vec3& parent_anchor,
                                            const Vec3& pull, const GenericImpulseOf<Real>& impulse, Mask contacts) {
-  *this = {};
+  new (this) JointLink;  // assigned, its many lanes would be cleared elsewhere and copied
   is_b_ = flag(is_b ? is_set(all_set) : is_set(Flag{}));
   const LinkStart &a = is_b ? parent : body, &b = is_b ? body : parent;
   place_generic_joint(a.rotation, b.rotation, b.position - a.position, joint.on_a, joint.on_b,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <new>
 
 #include "dynamics/generic_joint.hpp"
 #include "dynamics/joint_elimination.hpp"

@@ -132,8 +132,13 @@ struct LinkSolver {
     state(i).row.impulse = state(i).moment = state(i).parent_moment = {};
     if (has_generic(i)) generic(i).let_go();
   }
-  /// Moves it by a substep of length h (s), like the bodies.
-  FATHOM_LANE_FUNCTION static void move_obstacle(LinkMotion& obstacle, Real h) {
+  FATHOM_LANE_FUNCTION bool hangs_on_obstacle(std::uint32_t i) const {
+    return links[i].joint != none && links[i].parent == none;
+  }
+  /// Moves what the link hangs on by a substep of length h (s), like the bodies.
+  FATHOM_LANE_FUNCTION void move_obstacle(std::uint32_t i, Real h) const {
+    if (!hangs_on_obstacle(i)) return;
+    LinkMotion& obstacle = state(i).obstacle;
     obstacle.moved = mul_add(obstacle.moved, h, obstacle.linear);
     obstacle.turned = mul_add(obstacle.turned, h, obstacle.angular);
     obstacle.rotation = rotation_by<Real>(obstacle.turned);
@@ -187,7 +192,7 @@ struct LinkSolver {
   FATHOM_LANE_FUNCTION void look_ahead(std::uint32_t i, Real h) const {
     LinkState& s = state(i);
     s.motion.ahead = rotation_by<Real>(s.motion.turned_ahead(h));
-    if (links[i].parent == none) s.obstacle.ahead = rotation_by<Real>(s.obstacle.turned_ahead(h));
+    if (hangs_on_obstacle(i)) s.obstacle.ahead = rotation_by<Real>(s.obstacle.turned_ahead(h));
   }
   /// Whether the arms of the link's body turn in a substep by no more than rows can represent. Beyond that the
   /// stiffness of swings, which is proportional to the last substep's impulses, would make ever larger ones.

@@ -68,9 +68,14 @@ class MechanismSolver : public LinkSolver<Access> {
   }
   /// Before positions move.
   FATHOM_HD void pull_together(const Mechanism& m, float h) const { solve<true>(m, h); }
+  /// The rest of that for a mechanism that has looked ahead, where its anchors do not meet.
+  FATHOM_HD void come_to_rest_anew(const Mechanism& m, float h) const {
+    start_anew(m, h);
+    finish<true>(m, h, false);
+  }
   /// After positions have moved.
   FATHOM_HD void relax(const Mechanism& m, float h) const {
-    each(m, [&](std::uint32_t i) { this->move_obstacle(state(i).obstacle, h); });
+    each(m, [&](std::uint32_t i) { this->move_obstacle(i, h); });
     if (team::is_leader()) access.move_obstacles(links[m.first].mechanism, h);
     solve<false>(m, h);
   }
@@ -114,6 +119,11 @@ class MechanismSolver : public LinkSolver<Access> {
     if (soft && !looks_ahead) start_anew(m, h);
     const bool has_contacts = access.solves_contacts(links[m.first].mechanism);
     if (soft) each(m, [&](std::uint32_t i) { this->set_closing(i, m.mass, has_contacts); });
+    finish<soft>(m, h, looks_ahead);
+  }
+  template <bool soft>
+  FATHOM_HD void finish(const Mechanism& m, float h, bool looks_ahead) const {
+    const bool has_contacts = access.solves_contacts(links[m.first].mechanism);
     const bool follows = solve_with_limits<soft>(m, h, looks_ahead, has_contacts);
     if (all(m, [&](std::uint32_t i) { return this->is_sound(i, h); })) {
       if (soft) each(m, [&](std::uint32_t i) { this->note_pressed(i, h, has_contacts); });

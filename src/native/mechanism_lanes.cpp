@@ -1,17 +1,34 @@
+// Compiled once per instruction set: with AVX-512 for its 32 registers and its masks, though lanes stay eight.
+
+#define HWY_DISABLE_PCLMUL_AES
+// As in solver_kernels.cpp.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "native/mechanism_lanes.cpp"
 #include "native/mechanism_lanes.hpp"
+
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <new>
 #include <type_traits>
 #include <utility>
 
 #include "check/check.hpp"
-#include "dynamics/lane_eight.hpp"
 #include "math/eight_rows.hpp"
+#include "native/solver_kernels.hpp"
 
-namespace fathom::wide {
+HWY_BEFORE_NAMESPACE();
+namespace fathom::native::HWY_NAMESPACE {
+
+namespace wide {
+
+#define FATHOM_LANE_LAMBDA HWY_ATTR
+#include "dynamics/lane_eight-inl.hpp"
 
 /// Bodies of which only positions are used.
 struct PlacedBodies {
@@ -29,7 +46,6 @@ struct PlacedBodies {
 };
 
 #define FATHOM_LANE_FUNCTION inline
-#define FATHOM_LANE_LAMBDA
 #include "dynamics/joint_tree-inl.hpp"
 // Its dependencies are included above.
 #include "dynamics/joint_elimination-inl.hpp"
@@ -48,9 +64,7 @@ struct BallImpulse {
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-}  // namespace fathom::wide
-
-namespace fathom::native {
+}  // namespace wide
 
 namespace {
 
@@ -119,6 +133,7 @@ struct BatchMemory {
   wide::LinkPushes* pushes;
   wide::JointLink* generic;
   wide::LinkLimits* limits;  // of generic joints, as of the start of a solution
+  wide::JointVector* ahead;  // where their axes would end without the solution
   EightInts* slots;          // of links' bodies
 
   BatchMemory(void* memory, std::uint32_t links, std::uint32_t joints)
@@ -126,7 +141,8 @@ struct BatchMemory {
         pushes(reinterpret_cast<wide::LinkPushes*>(states + links)),
         generic(reinterpret_cast<wide::JointLink*>(pushes + links)),
         limits(reinterpret_cast<wide::LinkLimits*>(generic + joints)),
-        slots(reinterpret_cast<EightInts*>(limits + joints)) {}
+        ahead(reinterpret_cast<wide::JointVector*>(limits + joints)),
+        slots(reinterpret_cast<EightInts*>(ahead + joints)) {}
 };
 
 std::uint32_t generic_joints(const Mechanism& m, const MechanismLink* links) {
@@ -161,6 +177,7 @@ struct LaneAccess {
 
   wide::LinkState& state(std::uint32_t i) const { return memory.states[i - first_link]; }
   wide::JointLink& generic(std::uint32_t number) const { return memory.generic[number - first_joint]; }
+  wide::JointVector& first_ahead(std::uint32_t number) const { return memory.ahead[number - first_joint]; }
   wide::LinkPushes& pushes(std::uint32_t i) const { return memory.pushes[i - first_link]; }
   Body body(std::uint32_t i, const MechanismLink&) const { return body_at(memory.slots[i - first_link]); }
   Body body_at(EightInts slots) const {
@@ -247,6 +264,7 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
   }
   Mask revise_all(Mask asks) const {
     Mask changes = Mask{};
+    if (!wide::anywhere(asks)) return changes;
     each([&](std::uint32_t i) { changes = changes | revise(i, h, asks); });
     return changes;
   }
@@ -255,8 +273,31 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
     if (!wide::anywhere(asks)) return Mask{};
     return asks & ~all([&](std::uint32_t i) { return ~overdrives(i, motors_only); });
   }
-  void take_first_round() const {
+  /// Puts drives that exceed their largest force at it. Returns the lanes where there are any.
+  Mask restrain_all() const {
+    Mask changes = Mask{};
+    each([&](std::uint32_t i) { changes = changes | restrain(i, false); });
+    return changes;
+  }
+  /// Lanes in which the substep can follow the swings of all links whose elimination is new.
+  Mask can_follow_changed() const {
+    return all([&](std::uint32_t i) {
+      return wide::anywhere(state(i).is_changed) ? can_follow(i, h) : wide::is_set(wide::all_set);
+    });
+  }
+  /// At motions that every first round of a solution begins with.
+  void look_all_ahead_first(bool is_first) const {
     look_all_ahead();
+    each([&](std::uint32_t i) {
+      if (!has_generic(i)) return;
+      wide::JointVector& ahead = access.first_ahead(links[i].generic);
+      if (!is_first) return generic(i).know_ahead(ahead);
+      generic(i).look_ahead(pair_of(i), h);
+      std::memcpy(ahead, generic(i).ahead(), sizeof(ahead));
+    });
+  }
+  void take_first_round(bool is_first) const {
+    look_all_ahead_first(is_first);
     aim_all_ahead();
     substitute(wide::all_set);
     look_all_ahead();
@@ -285,11 +326,12 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
       revisions += select(changes, eight(1.0f), Real{});
       take_back();
     };
-    for (;;) {
+    for (bool is_first = true;; is_first = false) {
       eliminate_all();
-      done_here = done_here & all([&](std::uint32_t i) { return can_follow(i, h); });
+      done_here =
+          done_here & (is_first ? all([&](std::uint32_t i) { return can_follow(i, h); }) : can_follow_changed());
       each([&](std::uint32_t i) { load_carried(i); });
-      take_first_round();
+      take_first_round(is_first);
       const Mask spent = ~(revisions < eight(static_cast<float>(max_revisions)));
       done_here = done_here & ~overdrive(done_here & spent);
       const Mask may_revise = done_here & ~spent;
@@ -307,31 +349,61 @@ struct LaneSolver : wide::LinkSolver<LaneAccess> {
   }
 };
 
-}  // namespace
+/// Implements MechanismLanes.
+class LaneBatch {
+ public:
+  LaneBatch(const MechanismWorld& world, const MechanismBatch& batch) : world_(world), batch_(batch) {}
+
+  void take_out(LaneBits lanes) const;
+  void bring_back(LaneBits lanes) const;
+  void prepare() const;
+  void store() const;
+  LaneBits warm_start(float h) const;
+  LanesAlone pull_together(float h) const;
+  LaneBits relax(float h) const;
+
+ private:
+  struct Work;
+  struct Start;
+  /// Lanes whose mechanisms solve contacts.
+  LaneBits loaded() const;
+  template <bool soft>
+  void sweep_contacts(const Work& work, LaneBits lanes, float h) const;
+  void store_impulses(LaneBits lanes, bool ends_substep) const;
+  void take_back_contacts(LaneBits lanes) const;
+  /// Those of the lowest lane.
+  LinkContactRange contacts_of(LaneBits lanes) const;
+  template <class Act>
+  void each_lane(LaneBits lanes, const Act& act) const;
+  const Mechanism& mechanism(std::uint32_t lane) const { return world_.mechanisms[batch_.numbers[lane]]; }
+
+  const MechanismWorld& world_;
+  const MechanismBatch& batch_;
+};
 
 /// A batch being solved.
-struct MechanismLanes::Work {
+struct LaneBatch::Work {
   const Mechanism& first;
   std::uint32_t links, generic, first_generic;
   BatchMemory memory;
   LaneBits in_use;
 
-  explicit Work(const MechanismLanes& lanes)
+  explicit Work(const LaneBatch& lanes)
       : first(lanes.mechanism(0)),
         links(first.end - first.first),
         generic(generic_joints(first, lanes.world_.links)),
-        first_generic(native::first_generic(first, lanes.world_.links)),
+        first_generic(HWY_NAMESPACE::first_generic(first, lanes.world_.links)),
         memory(lanes.batch_.memory, links, generic),
         in_use((1u << lanes.batch_.numbers.size()) - 1) {}
 
   /// kg, of each lane's mechanism.
-  Eight masses(const MechanismLanes& lanes) const {
+  Eight masses(const LaneBatch& lanes) const {
     Eight masses = eight(first.mass);
     for (std::uint32_t lane = 1; lane < lanes.batch_.numbers.size(); ++lane) masses[lane] = lanes.mechanism(lane).mass;
     return masses;
   }
-  LaneSolver solver(const MechanismLanes& lanes, float h) const {
-    const World& w = lanes.world_;
+  LaneSolver solver(const LaneBatch& lanes, float h) const {
+    const MechanismWorld& w = lanes.world_;
     return {{{memory, first.first, first_generic, w.state.solver_bodies(), w.state.inertia.data(), w.push_out, w.limits,
               in_use},
              w.links},
@@ -341,8 +413,8 @@ struct MechanismLanes::Work {
 };
 
 /// What the links of a batch begin a step with.
-struct MechanismLanes::Start {
-  const World& world;
+struct LaneBatch::Start {
+  const MechanismWorld& world;
   const LaneSolver& solver;
   std::array<const MechanismLink*, 8> lanes;  ///< the current link in each of them
 
@@ -428,7 +500,7 @@ struct MechanismLanes::Start {
   }
 };
 
-void MechanismLanes::prepare() const {
+void LaneBatch::prepare() const {
   const Work work(*this);
   const LaneSolver solver = work.solver(*this, 1);
   const std::size_t count = batch_.numbers.size();
@@ -449,7 +521,7 @@ void MechanismLanes::prepare() const {
   }
 }
 
-void MechanismLanes::store() const {
+void LaneBatch::store() const {
   const Work work(*this);
   const std::size_t count = batch_.numbers.size();
   const auto scatter = [&]<class Lanes>(Lanes, std::uint32_t i, const auto& from, auto* by_joint) {
@@ -472,7 +544,7 @@ void MechanismLanes::store() const {
 }
 
 template <class Act>
-void MechanismLanes::each_lane(LaneBits lanes, const Act& act) const {
+void LaneBatch::each_lane(LaneBits lanes, const Act& act) const {
   for (; lanes != 0; lanes &= lanes - 1) {
     const auto lane = static_cast<std::uint32_t>(lowest_bit(lanes));
     const Mechanism& m = mechanism(lane);
@@ -480,7 +552,7 @@ void MechanismLanes::each_lane(LaneBits lanes, const Act& act) const {
   }
 }
 
-void MechanismLanes::take_out(LaneBits lanes) const {
+void LaneBatch::take_out(LaneBits lanes) const {
   const Work work(*this);
   each_lane(lanes, [&](std::uint32_t lane, LinkState* states, JointLink* generic) {
     for (std::uint32_t i = 0; i < work.links; ++i) States::take_out(work.memory.states[i], lane, states[i]);
@@ -488,7 +560,7 @@ void MechanismLanes::take_out(LaneBits lanes) const {
   });
 }
 
-void MechanismLanes::bring_back(LaneBits lanes) const {
+void LaneBatch::bring_back(LaneBits lanes) const {
   const Work work(*this);
   each_lane(lanes, [&](std::uint32_t lane, const LinkState* states, const JointLink* generic) {
     for (std::uint32_t i = 0; i < work.links; ++i) States::bring_back(states[i], lane, work.memory.states[i]);
@@ -496,14 +568,14 @@ void MechanismLanes::bring_back(LaneBits lanes) const {
   });
 }
 
-LaneBits MechanismLanes::loaded() const {
+LaneBits LaneBatch::loaded() const {
   LaneBits lanes = 0;
   for (std::uint32_t lane = 0; lane < batch_.numbers.size(); ++lane)
     if (world_.contacts.has(batch_.numbers[lane])) lanes |= 1u << lane;
   return lanes;
 }
 
-static EightInts mask_of(LaneBits lanes) {
+EightInts mask_of(LaneBits lanes) {
   EightInts mask{};
   for (; lanes != 0; lanes &= lanes - 1) mask[lowest_bit(lanes)] = -1;
   return mask;
@@ -511,7 +583,7 @@ static EightInts mask_of(LaneBits lanes) {
 
 /// Like MechanismSolver's; the others of the batch's lanes get nothing.
 template <bool soft>
-void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) const {
+void LaneBatch::sweep_contacts(const Work& work, LaneBits lanes, float h) const {
   constexpr ContactPass pass = soft ? ContactPass::soft : ContactPass::relax;
   LinkContacts& contacts = world_.contacts;
   const LaneSolver solver = work.solver(*this, h);
@@ -566,19 +638,19 @@ void MechanismLanes::sweep_contacts(const Work& work, LaneBits lanes, float h) c
   }
 }
 
-void MechanismLanes::store_impulses(LaneBits lanes, bool ends_substep) const {
+void LaneBatch::store_impulses(LaneBits lanes, bool ends_substep) const {
   for (; lanes != 0; lanes &= lanes - 1) world_.contacts.store_impulses(contacts_of(lanes), ends_substep);
 }
 
-void MechanismLanes::take_back_contacts(LaneBits lanes) const {
+void LaneBatch::take_back_contacts(LaneBits lanes) const {
   for (; lanes != 0; lanes &= lanes - 1) world_.contacts.take_back(contacts_of(lanes));
 }
 
-LinkContactRange MechanismLanes::contacts_of(LaneBits lanes) const {
+LinkContactRange LaneBatch::contacts_of(LaneBits lanes) const {
   return world_.contacts.of_mechanism(batch_.numbers[static_cast<std::size_t>(lowest_bit(lanes))]);
 }
 
-LaneBits MechanismLanes::warm_start(float h) const {
+LaneBits LaneBatch::warm_start(float h) const {
   const Work work(*this);
   LaneSolver solver = work.solver(*this, h);
   const LaneBits slow = bits(solver.all([&](std::uint32_t i) { return solver.is_carried_slowly(i, solver.h); }));
@@ -588,7 +660,7 @@ LaneBits MechanismLanes::warm_start(float h) const {
   return work.in_use & ~slow;
 }
 
-LaneBits MechanismLanes::pull_together(float h) const {
+LanesAlone LaneBatch::pull_together(float h) const {
   const Work work(*this);
   LaneSolver solver = work.solver(*this, h);
   for (std::uint32_t i = 0; i < work.generic; ++i) work.memory.limits[i] = work.memory.generic[i].limits();
@@ -598,12 +670,15 @@ LaneBits MechanismLanes::pull_together(float h) const {
   solver.each([&](std::uint32_t i) { solver.set_closing(i, masses, solves_contacts); });
   const Mask slow = solver.all([&](std::uint32_t i) { return solver.turns_slowly(i, solver.h); });
   Mask good = solver.solve_with_limits(slow);
+  const LaneBits looked_ahead = bits(good) & work.in_use;
   good = good & solver.all([&](std::uint32_t i) { return solver.does_meet(i, solver.h); });
+  const LaneBits apart = looked_ahead & ~bits(good);
+  take_out(apart);
   const LaneBits with_contacts = loaded() & bits(good);
   if (with_contacts != 0) sweep_contacts<true>(work, with_contacts, h);
   good = good & ~solver.overdrive(mask_of(with_contacts), true);
   good = good & solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); });
-  const LaneBits done = bits(good) & work.in_use, others = work.in_use & ~done;
+  const LaneBits done = bits(good) & work.in_use, others = work.in_use & ~done & ~apart;
   const auto exchange_limits = [&] {
     for (std::uint32_t i = 0; i < work.generic; ++i) std::swap(work.memory.limits[i], work.memory.generic[i].limits());
   };
@@ -618,22 +693,25 @@ LaneBits MechanismLanes::pull_together(float h) const {
   solver.each([&](std::uint32_t i) { solver.apply<true>(i, solver.h, true); });
   store_impulses(with_contacts & done, false);
   take_back_contacts(with_contacts & ~done);
-  return others;
+  return {others, apart};
 }
 
-LaneBits MechanismLanes::relax(float h) const {
+LaneBits LaneBatch::relax(float h) const {
   const Work work(*this);
   LaneSolver solver = work.solver(*this, h);
-  solver.each([&](std::uint32_t i) { solver.move_obstacle(solver.state(i).obstacle, solver.h); });
+  solver.each([&](std::uint32_t i) { solver.move_obstacle(i, solver.h); });
   for (const std::uint32_t number : batch_.numbers) world_.contacts.move_obstacles(number, h);
   solver.turn_all(true);
-  solver.eliminate_all();
-  solver.each([&](std::uint32_t i) { solver.aim_at_rest(i, 0, solver.h); });
-  solver.substitute(wide::all_set);
-  const Mask no_drive_exceeds = ~solver.overdrive(wide::all_set);
-  const LaneBits with_contacts = loaded() & bits(no_drive_exceeds);
+  for (;;) {
+    solver.eliminate_all();
+    solver.each([&](std::uint32_t i) { solver.aim_at_rest(i, 0, solver.h); });
+    solver.substitute(wide::all_set);
+    if (!wide::anywhere(solver.restrain_all())) break;
+    solver.take_back();
+  }
+  const LaneBits with_contacts = loaded();
   if (with_contacts != 0) sweep_contacts<false>(work, with_contacts, h);
-  const Mask restrained = no_drive_exceeds & ~solver.overdrive(mask_of(with_contacts), true);
+  const Mask restrained = ~solver.overdrive(mask_of(with_contacts), true);
   const LaneBits done =
       bits(restrained & solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); })) & work.in_use;
   take_out(work.in_use & ~done);
@@ -644,9 +722,36 @@ LaneBits MechanismLanes::relax(float h) const {
   return work.in_use & ~done;
 }
 
+template <auto member>
+constexpr auto call = [](const MechanismWorld& world, const MechanismBatch& batch, auto... arguments) HWY_ATTR {
+  return (LaneBatch(world, batch).*member)(arguments...);
+};
+
+}  // namespace
+
+constexpr std::size_t link_bytes = sizeof(wide::LinkState) + sizeof(wide::LinkPushes) + sizeof(EightInts);
+constexpr std::size_t joint_bytes = sizeof(wide::JointLink) + sizeof(wide::LinkLimits) + sizeof(wide::JointVector);
+
+constexpr LaneFunctions lane_functions = {
+    call<&LaneBatch::take_out>,   call<&LaneBatch::bring_back>,    call<&LaneBatch::prepare>, call<&LaneBatch::store>,
+    call<&LaneBatch::warm_start>, call<&LaneBatch::pull_together>, call<&LaneBatch::relax>};
+
+}  // namespace fathom::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace fathom::native {
+
 std::size_t batch_bytes(std::uint32_t links, std::uint32_t generic) {
-  return links * (sizeof(wide::LinkState) + sizeof(wide::LinkPushes) + sizeof(EightInts)) +
-         generic * (sizeof(wide::JointLink) + sizeof(wide::LinkLimits));
+  return links * HWY_STATIC_DISPATCH(link_bytes) + generic * HWY_STATIC_DISPATCH(joint_bytes);
+}
+
+const LaneFunctions& lane_functions() {
+#if HWY_TARGETS & HWY_AVX3
+  if (std::strcmp(wide_kernels().name, hwy::TargetName(HWY_AVX3)) == 0) return N_AVX3::lane_functions;
+#endif
+  return HWY_STATIC_DISPATCH(lane_functions);
 }
 
 }  // namespace fathom::native
+#endif

@@ -32,52 +32,58 @@ struct MechanismBatch {
 /// For mechanisms with so many links and generic joints.
 std::size_t batch_bytes(std::uint32_t links, std::uint32_t generic);
 
+struct MechanismWorld {
+  const Mechanism* mechanisms;
+  const MechanismLink* links;
+  LinkState* states;
+  JointLink* generic;
+  const BodyTable& bodies;
+  BodyState& state;
+  Constrained constrained;
+  LinkContacts& contacts;
+  float push_out;  ///< m/s
+  SpeedLimits limits;
+};
+
+/// Lanes of which the rest is to be done alone.
+struct LanesAlone {
+  LaneBits anew;   ///< they were taken out unchanged
+  LaneBits apart;  ///< the substep of these does not make anchors meet (`MechanismSolver::come_to_rest_anew`)
+};
+
+/// The functions of MechanismLanes for one instruction set.
+struct LaneFunctions {
+  void (*take_out)(const MechanismWorld&, const MechanismBatch&, LaneBits);
+  void (*bring_back)(const MechanismWorld&, const MechanismBatch&, LaneBits);
+  void (*prepare)(const MechanismWorld&, const MechanismBatch&);
+  void (*store)(const MechanismWorld&, const MechanismBatch&);
+  LaneBits (*warm_start)(const MechanismWorld&, const MechanismBatch&, float);
+  LanesAlone (*pull_together)(const MechanismWorld&, const MechanismBatch&, float);
+  LaneBits (*relax)(const MechanismWorld&, const MechanismBatch&, float);
+};
+/// For that of `wide_kernels`.
+const LaneFunctions& lane_functions();
+
 class MechanismLanes {
  public:
-  struct World {
-    const Mechanism* mechanisms;
-    const MechanismLink* links;
-    LinkState* states;
-    JointLink* generic;
-    const BodyTable& bodies;
-    BodyState& state;
-    Constrained constrained;
-    LinkContacts& contacts;
-    float push_out;  ///< m/s
-    SpeedLimits limits;
-  };
-
-  MechanismLanes(const World& world, const MechanismBatch& batch) : world_(world), batch_(batch) {}
+  MechanismLanes(const MechanismWorld& world, const MechanismBatch& batch) : world_(world), batch_(batch) {}
 
   /// Copies the states of some lanes out, and back in.
-  void take_out(LaneBits lanes) const;
-  void bring_back(LaneBits lanes) const;
+  void take_out(LaneBits lanes) const { functions_.take_out(world_, batch_, lanes); }
+  void bring_back(LaneBits lanes) const { functions_.bring_back(world_, batch_, lanes); }
 
-  // Like those of MechanismSolver, in substeps of length h (s). Some return the lanes that they took out unchanged,
-  // which must be solved alone and brought back.
-  void prepare() const;
-  void store() const;
-  LaneBits warm_start(float h) const;
-  LaneBits pull_together(float h) const;
-  LaneBits relax(float h) const;
+  // Like those of MechanismSolver, in substeps of length h (s). Some return the lanes that they took out, which must be
+  // solved alone and brought back: unchanged, or with drives that `relax` has put at their largest force.
+  void prepare() const { functions_.prepare(world_, batch_); }
+  void store() const { functions_.store(world_, batch_); }
+  LaneBits warm_start(float h) const { return functions_.warm_start(world_, batch_, h); }
+  LanesAlone pull_together(float h) const { return functions_.pull_together(world_, batch_, h); }
+  LaneBits relax(float h) const { return functions_.relax(world_, batch_, h); }
 
  private:
-  struct Work;
-  struct Start;
-  /// Lanes whose mechanisms solve contacts.
-  LaneBits loaded() const;
-  template <bool soft>
-  void sweep_contacts(const Work& work, LaneBits lanes, float h) const;
-  void store_impulses(LaneBits lanes, bool ends_substep) const;
-  void take_back_contacts(LaneBits lanes) const;
-  /// Those of the lowest lane.
-  LinkContactRange contacts_of(LaneBits lanes) const;
-  template <class Act>
-  void each_lane(LaneBits lanes, const Act& act) const;
-  const Mechanism& mechanism(std::uint32_t lane) const { return world_.mechanisms[batch_.numbers[lane]]; }
-
-  World world_;
+  MechanismWorld world_;
   MechanismBatch batch_;
+  const LaneFunctions& functions_ = lane_functions();
 };
 
 }  // namespace fathom::native

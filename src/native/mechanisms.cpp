@@ -158,7 +158,9 @@ void Mechanisms::pull_together(std::uint32_t number, float h) {
   const auto alone = [&](const Mechanism& m) { solver().pull_together(m, h); };
   if (!batch.memory) return each(batch, alone);
   const MechanismLanes side_by_side = lanes(batch, h);
-  do_alone(side_by_side, batch, side_by_side.pull_together(h), alone);
+  const LanesAlone left = side_by_side.pull_together(h);
+  do_alone(side_by_side, batch, left.anew, alone);
+  do_alone(side_by_side, batch, left.apart, [&](const Mechanism& m) { solver().come_to_rest_anew(m, h); });
 }
 void Mechanisms::relax(std::uint32_t number, float h) {
   const MechanismBatch& batch = batches_[number];
