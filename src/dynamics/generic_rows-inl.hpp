@@ -321,7 +321,6 @@ struct GenericJointRows {
     const L both_swings = row.axes[translations + 1].locked * row.axes[translations + 2].locked;
     const L hooke = row.axes[translations].locked * ((one - both_swings) * (one - row.cone));
     const L sign = choose(is_less(q.w, zero), splat<L>(-1.0f), one);
-    const L twist = angle_of(sign * q.v.x, sign * q.w);
     // If one swing is locked at zero, B turns about an axis of A and about its own x. This twist has no largest swing.
     const L no_y = is_held_at_zero(row.axes[translations + 1]) * (one - row.axes[translations + 2].locked);
     const L no_z = is_held_at_zero(row.axes[translations + 2]) * (one - row.axes[translations + 1].locked);
@@ -329,9 +328,10 @@ struct GenericJointRows {
     // Nor has a locked twist between two swings: that of a Hooke's joint, A's axis y perpendicular to B's z.
     const VecOf<L> y = turned_by(q, VecOf<L>{zero, one, zero}), z = turned_by(q, VecOf<L>{zero, zero, one});
     const L across_x = larger(root(mul_add(z.x * z.x, z.z, z.z)), splat<L>(1e-6f)), inverse_x = one / across_x;
-    value[translations] =
-        choose(larger(hooke, one_swing),
-               angle_of(choose(no_y, y.z, zero - z.y), choose(no_y, z.z, choose(no_z, y.y, across_x))), twist + twist);
+    const L is_whole = larger(hooke, one_swing);
+    const L twist = angle_of(choose(is_whole, choose(no_y, y.z, zero - z.y), sign * q.v.x),
+                             choose(is_whole, choose(no_y, z.z, choose(no_z, y.y, across_x)), sign * q.w));
+    value[translations] = choose(is_whole, twist, twist + twist);
     const L bisector = one / larger(one + x.x, splat<L>(0.01f));
     const L side = choose(both_swings * is_less(x.x, zero), splat<L>(-1.0f), one);
     const L least = splat<L>(1e-6f);
@@ -340,7 +340,7 @@ struct GenericJointRows {
     const L off = root(mul_add(x.y * x.y, x.z, x.z)), inverse_off = inverse_or_zero(off);
     const VecOf<L> swing_y{zero - x.y / across_y, x.x / across_y, zero};
     const VecOf<L> swing_z{zero - x.z / across_z, zero, x.x / across_z};
-    value[translations + 1] = choose(row.cone, angle_of(off, x.x), angle_of(zero - x.z, across_y));
+    value[translations + 1] = angle_of(choose(row.cone, off, zero - x.z), choose(row.cone, x.x, across_y));
     value[translations + 2] = angle_of(x.y, across_z);
     const VecOf<L> twist_axis{choose(one_swing, x.x, choose(hooke, z.z * inverse_x, one)),
                               choose(one_swing, x.y, choose(hooke, zero, x.y * bisector)),

@@ -8,6 +8,13 @@
 // (dynamics/lane_eight.hpp). Each lane is a different mechanism of the same shape: which axes are locked, limited or
 // driven is the same in all of them (native/mechanisms.cpp, `shape_of`). No result depends on the other lanes.
 
+#if defined(__CUDACC__)
+#define FATHOM_FLATTEN
+#else
+/// With all that it calls inlined, so that nothing is computed that it does not use.
+#define FATHOM_FLATTEN [[gnu::flatten]]
+#endif
+
 /// Motion of a body, in world axes.
 struct LinkMotion {
   Vec3 moved, turned;       ///< m and rad, since the step began
@@ -143,7 +150,7 @@ class JointLink {
   FATHOM_LANE_FUNCTION void take_back();
   FATHOM_LANE_FUNCTION LinkLimits& limits() { return limits_; }
   /// Sets where the substep will leave the axes at the bodies' current motion.
-  FATHOM_LANE_FUNCTION void look_ahead(const LinkPair& pair, Real h);
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void look_ahead(const LinkPair& pair, Real h);
   FATHOM_LANE_FUNCTION const JointVector& ahead() const { return ahead_; }
   /// The same as found before at the same motion.
   FATHOM_LANE_FUNCTION void know_ahead(const JointVector& ahead) {
@@ -774,3 +781,5 @@ FATHOM_LANE_FUNCTION GenericImpulseOf<Real> JointLink::impulse() const {
   impulse.force = sign() * force_sum_, impulse.torque = sign() * torque_sum_;
   return impulse;
 }
+
+#undef FATHOM_FLATTEN
