@@ -28,9 +28,11 @@ class TreeSource {
   std::uint32_t joints() const { return joints_.slot_count(); }
   /// A joint that only drives converges well in sweeps, as springs do.
   bool is_candidate(std::uint32_t slot) const {
-    if (!joints_.alive(slot) || joints_[slot].def.hertz > 0 || is_coupling(slot)) return false;
-    return !is_generic(slot) || generic_[slot].holds();
+    if (!joints_.alive(slot) || is_coupling(slot)) return false;
+    if (!is_generic(slot)) return !is_soft(slot);
+    return is_soft(slot) ? generic_[slot].distance == 0 : generic_[slot].holds();
   }
+  bool is_soft(std::uint32_t slot) const { return joints_[slot].def.hertz > 0; }
   std::uint32_t a(std::uint32_t slot) const { return joints_[slot].a; }
   std::uint32_t b(std::uint32_t slot) const { return joints_[slot].b; }
   bool is_generic(std::uint32_t slot) const { return joints_[slot].def.type != JointType::ball; }

@@ -67,8 +67,9 @@ struct GenericJoint : GenericJointDefinition<float> {
       if (axis.locked + axis.limited > 0) return true;
     return false;
   }
-  /// Whether the bodies move as one, except for drives.
+  /// Whether the bodies move as one, except for drives; those that only springs hold together do not.
   bool is_stiff() const {
+    if (!holds()) return false;
     for (const GenericAxis<float>& axis : axes)
       if (!(axis.locked > 0 || axis.most > 0)) return false;
     return distance == 0;

@@ -81,7 +81,8 @@ class JointLink {
                                   const Vec3& pull, const GenericImpulseOf<Real>& impulse, Mask contacts);
   /// Updates the joint's position; to be called after bodies have moved.
   FATHOM_LANE_FUNCTION void look(const LinkPair& pair);
-  /// `relaxes`: after positions have moved; drives with compliance or at their largest force do not act.
+  /// `relaxes`: after positions have moved; drives at their largest force do not act, and those with compliance only
+  /// resist what changes their axis' rate.
   FATHOM_LANE_FUNCTION void begin_solution(bool relaxes) {
     relaxes_ = relaxes ? all_set : Flag{};
     released_ = relented_ = AxisNumber{};
@@ -92,6 +93,14 @@ class JointLink {
       set_bit(released_, i, acts);
       limits_.at_limit[i] = flag(either(is_at_limit(i), acts));
     }
+  }
+  /// Whether its locked rotations turn in a substep by no more than `ahead_` can tell: a wheel that contacts have spun
+  /// about a locked axis by a whole turn per substep would seem to hold still.
+  FATHOM_LANE_FUNCTION Mask turns_slowly(const LinkPair& pair, Real h) const {
+    Mask all_do = is_set(all_set);
+    for (int i = translations; i < axis_count; ++i)
+      if (is_locked(i)) all_do = both(all_do, h * abs(rate(i, pair)) <= max_drift);
+    return all_do;
   }
   /// Chooses coordinates by the held axes, and sets the drives' impulses. Returns whether the elimination has to be
   /// repeated.
@@ -208,6 +217,17 @@ class JointLink {
   }
   /// Armature's impulse (N·s or N·m·s) where the axis gets the rate `to`.
   FATHOM_LANE_FUNCTION Real of_armature(int i, Real to) const { return axis(i).armature * (rate_[i] - to); }
+  /// Stiffness of a drive with compliance in a relaxing solution, which it meets as the impulse that changes the rate
+  /// that the positions have moved with. If it let go there, a servo that is stiffer than the link it moves would hold
+  /// a robot on its leg while positions move, and the leg alone would lose what a contact pushed out: the robot hops.
+  FATHOM_LANE_FUNCTION Real relaxed_stiffness(int i) const {
+    const GenericAxis<Real>& a = axis(i);
+    const Mask acts = both(a.compliance > 0.0f, inverted(is_at_most(i)));
+    return select(both(is_set(relaxes_), acts), 1.0f / a.compliance, Real{});
+  }
+  FATHOM_LANE_FUNCTION bool keeps_rate(int i) const {
+    return reacts() || (first_lane(axis(i).most) > 0 && anywhere(axis(i).compliance > 0.0f));
+  }
   /// N·s or N·m·s on B, of these in world axes; `has`: the axis has a coordinate.
   struct OfAxis {
     Mask has;
@@ -425,11 +445,15 @@ FATHOM_LANE_FUNCTION void JointLink::set_drives(const LinkPair& pair) {
     if (!may_drive(i)) continue;
     const Real now = rate(i, pair);
     Real elastic{}, given{};  // the drive's stiffness and impulse, in the axis' direction
+    const bool acts = first_lane(axis(i).most) > 0;
     if (is_driven(i)) {
       const Real stiffness = 1.0f / axis(i).compliance;
       const Mask most = is_at_most(i);
       elastic = select(most, Real{}, stiffness);
       given = select(most, select(is_at_minus(i), -axis(i).most, axis(i).most), stiffness * (drive_aim(i) - now));
+    } else if (acts) {
+      elastic = relaxed_stiffness(i);
+      given = elastic * (rate_[i] - now);
     }
     for (int k = i < translations ? i : translations; k < (i < translations ? i + 1 : joint_coordinates); ++k) {
       const Mask is_here = both(freedom_.has(k), axis_of_[k] == i);
@@ -440,7 +464,7 @@ FATHOM_LANE_FUNCTION void JointLink::set_drives(const LinkPair& pair) {
             select(is_here, fma(scale * scale, axis(i).armature, freedom_.stiffness[k]), freedom_.stiffness[k]);
         drive_[k] = select(is_here, fma(sign() * scale, of_armature(i, now), drive_[k]), drive_[k]);
       }
-      if (!is_driven(i)) continue;
+      if (!acts) continue;
       freedom_.stiffness[k] =
           select(is_here, fma(scale * scale, elastic, freedom_.stiffness[k]), freedom_.stiffness[k]);
       drive_[k] = select(is_here, fma(sign() * scale, given, drive_[k]), drive_[k]);
@@ -762,7 +786,8 @@ FATHOM_LANE_FUNCTION Mask JointLink::meets(const LinkPair& pair, Real share, Rea
 
 FATHOM_LANE_FUNCTION void JointLink::apply(const LinkPair& pair, bool ends) {
   force_ += force_more_, torque_ += torque_more_;
-  for (int i = 0; reacts() && i < axis_count; ++i) rate_[i] = rate(i, pair);
+  for (int i = 0; i < axis_count; ++i)
+    if (keeps_rate(i)) rate_[i] = rate(i, pair);
   if (!ends) return;
   force_sum_ += force_, torque_sum_ += torque_;
   for (Real& bounce : limits_.bounce) bounce = Real{};

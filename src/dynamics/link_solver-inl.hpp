@@ -194,15 +194,16 @@ struct LinkSolver {
     s.motion.ahead = rotation_by<Real>(s.motion.turned_ahead(h));
     if (hangs_on_obstacle(i)) s.obstacle.ahead = rotation_by<Real>(s.obstacle.turned_ahead(h));
   }
-  /// Whether the arms of the link's body turn in a substep by no more than rows can represent. Beyond that the
-  /// stiffness of swings, which is proportional to the last substep's impulses, would make ever larger ones.
+  /// Whether its locked rotations and the arms of the link's body turn in a substep by no more than rows can represent.
+  /// With arms that turn further the stiffness of swings, which is proportional to the last substep's impulses, would
+  /// make ever larger ones.
   FATHOM_LANE_FUNCTION Mask turns_slowly(std::uint32_t i, Real h) const {
     const Vec3 turn = h * state(i).motion.angular;
     const auto is_slow = [&](Vec3 arm) { return length(cross(turn, arm)) <= max_drift * length(arm); };
     Mask all_are = is_slow(state(i).arm);
     for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
       all_are = both(all_are, is_slow(state(c).parent_arm));
-    return all_are;
+    return has_generic(i) ? both(all_are, generic(i).turns_slowly(pair_of(i), h)) : all_are;
   }
 
   /// Velocity at which the anchors separate.

@@ -92,9 +92,12 @@ struct Mechanisms::Source {
   /// Sweeps solve joints that only drive well enough.
   bool is_candidate(std::uint32_t slot) const {
     const Joint& j = m.graph_.joint(slot);
-    if (!j.in_use || !j.rigid || j.colour == no_colour || j.kind == ConstraintKind::coupling) return false;
-    return j.kind == ConstraintKind::ball_joint || m.graph_.generic_joint(slot).holds();
+    if (!j.in_use || j.colour == no_colour || j.kind == ConstraintKind::coupling) return false;
+    if (j.kind == ConstraintKind::ball_joint) return j.rigid;
+    const GenericJoint& generic = m.graph_.generic_joint(slot);
+    return j.rigid ? generic.holds() : generic.distance == 0;
   }
+  bool is_soft(std::uint32_t slot) const { return !m.graph_.joint(slot).rigid; }
   std::uint32_t a(std::uint32_t slot) const { return m.graph_.joint(slot).a; }
   std::uint32_t b(std::uint32_t slot) const { return m.graph_.joint(slot).b; }
   bool is_generic(std::uint32_t slot) const { return m.graph_.joint(slot).kind == ConstraintKind::generic_joint; }

@@ -1,4 +1,4 @@
-// Finds the mechanisms of rigid joints that are solved directly (dynamics/mechanism.hpp): trees, and bodies with few
+// Finds the mechanisms of joints that are solved directly (dynamics/mechanism.hpp): trees, and bodies with few
 // loops that collide with nothing (dynamics/loop_closure.hpp). With more loops, or loops that may be hit, sweeps solve
 // the joints that close them; with many, as in a net, sweeps solve all joints. A hit on a loop gives impulses that
 // nothing in it follows; applied again along arms that have turned, they add energy
@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,8 +20,8 @@ namespace fathom {
 /// Finds them among the joints and bodies of a `Source`, which numbers both:
 ///
 ///     bodies(), joints(): their number
-///     is_candidate(j): may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j),
-///     is_weld(j)
+///     is_candidate(j): may be solved directly;  is_soft(j): only where it closes no loop
+///     a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j), is_weld(j)
 ///     is_obstacle(i): joints cannot push it;  inverse_mass(i);  may_collide(i)
 ///     accepts(links): whether to solve the tree, root first, directly
 class JointTrees {
@@ -33,6 +34,7 @@ class JointTrees {
   void find(const Source& source) {
     clear();
     if (source.joints() == 0) return;
+    choose_candidates(source);
     list_joints(source);
     // Trees attached to an obstacle come first; a tree attached to two is a loop, cut at the later joint.
     for_each_candidate(source, [&](std::uint32_t joint) {
@@ -61,6 +63,7 @@ class JointTrees {
 
   std::size_t memory_bytes() const {
     return links_.capacity() * sizeof(MechanismLink) + mechanisms_.capacity() * sizeof(Mechanism) + direct_.capacity() +
+           is_candidate_.capacity() / 8 +
            (levels_.capacity() + link_of_.capacity() + copies_.capacity() + joints_first_.capacity() +
             joints_of_.capacity()) *
                sizeof(std::uint32_t);
@@ -72,9 +75,49 @@ class JointTrees {
   static constexpr std::uint32_t max_closing = 1024;  // links times loops: six solutions each
 
   template <class Source, class Act>
-  static void for_each_candidate(const Source& source, const Act& act) {
+  void for_each_candidate(const Source& source, const Act& act) const {
     for (std::uint32_t joint = 0; joint < source.joints(); ++joint)
-      if (source.is_candidate(joint)) act(joint);
+      if (is_candidate_[joint]) act(joint);
+  }
+
+  /// Soft joints that close loops are left to sweeps, which solve them well enough: cut there, a mechanism of rigid
+  /// joints might have too many loops to be solved directly. So only those are candidates at which what a free end
+  /// hangs on can be taken off: part by part, where one soft joint is left to a part. Parts are what rigid joints
+  /// connect, and all obstacles are one.
+  template <class Source>
+  void choose_candidates(const Source& source) {
+    is_candidate_.assign(source.joints(), false);
+    bool any_is_soft = false;
+    for (std::uint32_t joint = 0; joint < source.joints(); ++joint) {
+      if (!source.is_candidate(joint)) continue;
+      is_candidate_[joint] = !source.is_soft(joint);
+      any_is_soft = any_is_soft || source.is_soft(joint);
+    }
+    if (!any_is_soft) return;
+    Parts parts(source.bodies() + 1);
+    const auto part_of = [&](std::uint32_t body) {
+      return parts.of(source.is_obstacle(body) ? source.bodies() : body);
+    };
+    for_each_candidate(source,
+                       [&](std::uint32_t joint) { parts.join(part_of(source.a(joint)), part_of(source.b(joint))); });
+    struct SoftJoints {
+      std::uint32_t count = 0, numbers = 0;  // numbers: of all joints, by exclusive or; the last one is its number
+    };
+    std::vector<SoftJoints> soft(source.bodies() + 1);
+    for (std::uint32_t joint = 0; joint < source.joints(); ++joint) {
+      if (!source.is_candidate(joint) || !source.is_soft(joint)) continue;
+      const std::uint32_t a = part_of(source.a(joint)), b = part_of(source.b(joint));
+      if (a == b) continue;
+      ++soft[a].count, soft[a].numbers ^= joint;
+      ++soft[b].count, soft[b].numbers ^= joint;
+    }
+    for (std::uint32_t start = 0; start < soft.size(); ++start)
+      for (std::uint32_t part = start; soft[part].count == 1;) {
+        const std::uint32_t joint = soft[part].numbers, a = part_of(source.a(joint)), b = part_of(source.b(joint));
+        is_candidate_[joint] = true;
+        for (const std::uint32_t end : {a, b}) --soft[end].count, soft[end].numbers ^= joint;
+        part = part == a ? b : a;
+      }
   }
 
   template <class Source>
@@ -236,11 +279,26 @@ class JointTrees {
       if (link.joint != none) direct_[link.joint] = driven;
   }
 
+  /// Disjoint sets of bodies that joints connect.
+  class Parts {
+   public:
+    explicit Parts(std::uint32_t bodies) : above_(bodies) { std::iota(above_.begin(), above_.end(), 0u); }
+    std::uint32_t of(std::uint32_t body) {
+      while (above_[body] != body) body = above_[body] = above_[above_[body]];
+      return body;
+    }
+    void join(std::uint32_t a, std::uint32_t b) { above_[std::max(a, b)] = std::min(a, b); }
+
+   private:
+    std::vector<std::uint32_t> above_;
+  };
+
   std::vector<MechanismLink> links_;
   std::vector<Mechanism> mechanisms_;
   std::vector<std::uint32_t> levels_;
   std::vector<std::uint8_t> direct_;
   std::uint32_t generic_ = 0, closure_floats_ = 0;
+  std::vector<bool> is_candidate_;           // by joint
   std::vector<std::uint32_t> copies_;        // of the mechanism being grown
   std::vector<std::uint32_t> link_of_;       // by body, or none
   std::vector<std::uint32_t> joints_first_;  // by body: where its joints begin in `joints_of_`
