@@ -184,7 +184,7 @@ FATHOM_HD GenericJointRow<float> generic_joint_of(const Quad* q, const GenericJo
   r.arm_b = q[3].xyz(), r.mass_scale = q[3].w;
   r.gap = q[4].xyz(), r.impulse_scale = q[4].w;
   r.pull = {};
-  r.distance = joint.distance, r.cone = joint.cone;
+  r.distance = joint.distance, r.cone = joint.cone, r.is_soft = joint.is_soft;
   for (int i = 0; i < axis_count; ++i) r.axes[i] = joint.axes[i];
   load_generic_impulses(q, r.hold, r.drive);
   const Quad* const more = q + generic_written_row + 3;

@@ -269,6 +269,12 @@ struct BallJointSweep {
       carry(bodies.a, at_a, bodies.inverse_of_a(), reverse, moment_a, was_a, spun_a, row.moment_a);
     row.impulse = scale(share, impulse);
   }
+  /// Mean response to an impulse (1/kg).
+  FATHOM_LANE_FUNCTION L response() const {
+    const L one = splat<L>(1.0f), zero = splat<L>(0.0f);
+    return splat<L>(1.0f / 3) *
+           (response({one, zero, zero}).x + (response({zero, one, zero}).y + response({zero, zero, one}).z));
+  }
   /// The impulse that changes the anchors' relative velocity by `change`, less `compliance` times itself.
   FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change, L compliance) const {
     const L one = splat<L>(1.0f), zero = splat<L>(0.0f);
@@ -319,6 +325,13 @@ FATHOM_LANE_FUNCTION VecOf<L> limited_pull(const BallJointRow<L>& row, VecOf<L> 
   return scale(mul_add(one, row.rigid, shrink - one), pull);
 }
 
+/// Compliance with which the relax sweep settles a spring (see `settling_spring`) where an impulse changes the
+/// velocity across it by `response`.
+template <class L>
+FATHOM_LANE_FUNCTION L settling_compliance(L compliance, L response) {
+  return splat<L>(settling_spring) * compliance * (compliance / larger(response, splat<L>(1e-30f)));
+}
+
 /// The part of the row's wanted impulse beyond its maximum.
 template <class L>
 FATHOM_LANE_FUNCTION VecOf<L> beyond_most(const BallJointRow<L>& row, VecOf<L> impulse) {
@@ -327,21 +340,39 @@ FATHOM_LANE_FUNCTION VecOf<L> beyond_most(const BallJointRow<L>& row, VecOf<L> i
   return scale(select(is_beyond, splat<L>(1.0f) - row.most / size, zero), impulse);
 }
 
+/// 1 where a joint pushes both of its bodies: springs between them are tamed (see `stiffest_spring`).
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION L pushes_both(const Bodies& bodies) {
+  if constexpr (Bodies::only_pushes_b)
+    return splat<L>(0.0f);
+  else
+    return is_less(splat<L>(0.0f), bodies.a.inverse_mass);
+}
+
 /// One sweep of a substep of h seconds. Returns a sum that is finite only where all results are.
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L h, bool ends_substep) {
   BallJointSweep<L, Bodies> sweep(row, bodies);
   if constexpr (pass != JointPass::relax) sweep.carry_along(row, h);
   VecOf<L> wanted = sweep.velocity();
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+  const L tame = (one - row.rigid) * pushes_both<L>(bodies);
+  L compliance = row.compliance;
   if constexpr (pass != JointPass::relax) {
+    L bias = row.bias_rate;
+    if (any_above(tame, zero)) {
+      compliance = choose(tame, larger(compliance, splat<L>(1 / stiffest_spring) * sweep.response()), compliance);
+      bias = choose(tame, smaller(bias, splat<L>(closing_of_spring) / h), bias);
+    }
     wanted = mul_add(wanted + sweep.drift(h), splat<L>(-0.5f) * h, row.pull);
-    wanted = wanted + limited_pull(row, scale(row.bias_rate, sweep.gap(row)));
-    wanted = mul_add(wanted, row.compliance, row.impulse);
+    wanted = wanted + limited_pull(row, scale(bias, sweep.gap(row)));
+    wanted = mul_add(wanted, compliance, row.impulse);
   }
-  VecOf<L> change = sweep.impulse_for(wanted, row.compliance);
-  const L zero = splat<L>(0.0f);
   if constexpr (pass == JointPass::relax)
-    change = scale(zero - row.rigid, change);
+    if (any_above(tame, zero)) compliance = choose(tame, settling_compliance(compliance, sweep.response()), compliance);
+  VecOf<L> change = sweep.impulse_for(wanted, compliance);
+  if constexpr (pass == JointPass::relax)
+    change = scale(zero - larger(row.rigid, tame), change);
   else
     change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
   if (any_above(row.most, zero)) change = change - beyond_most(row, row.impulse + change);

@@ -125,6 +125,15 @@ FATHOM_LANE_FUNCTION L bounce_of(const GenericJointRow<L>& row, int i, L side) {
   return splat<L>(0.0f) - is_hit * row.axes[i].restitution * row.rate[i];
 }
 
+/// 1 where sweeps have to tame an axis, a spring in place of a lock (see `stiffest_spring`).
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION L is_tamed(const GenericJointRow<L>& row, const Bodies& bodies, int i) {
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+  const GenericAxis<L>& a = row.axes[i];
+  const L is_spring = is_less(zero, a.compliance) * (one - a.limited);
+  return pushes_both<L>(bodies) * (row.is_soft * is_spring * (one - is_less(zero, a.armature)));
+}
+
 /// Solves limits and drives of a system after the locked axes, in two rounds: one without limits and largest forces,
 /// and one with those that the first result exceeds.
 template <class L, class Rows>
@@ -143,8 +152,10 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
       off = choose(is_less(off, zero - turn), off + (turn + turn), off);
     }
     f.is_driven = is_less(zero, a.most);
-    f.compliance = a.compliance;
-    f.aim = mul_add(a.velocity, a.approach, off);
+    const L tame = is_tamed(row, rows.bodies, i);
+    f.compliance =
+        choose(tame, larger(a.compliance, splat<L>(1 / stiffest_spring) * before.response[i][i]), a.compliance);
+    f.aim = mul_add(a.velocity, choose(tame, smaller(a.approach, splat<L>(closing_of_spring) / h), a.approach), off);
     f.is_at_limit = f.bound = f.pull = zero;
     f.given = zero - a.limited * row.hold[i];
     if (reacts) add_armature(f, a.armature, row.rate[i]);
@@ -289,6 +300,11 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
         const RelaxingAxis<L> axis(row, i, presses, system.wanted[i]);
         active = larger(active, axis.spins), compliance = axis.compliance;
       }
+      if (use.moves) {
+        const L settling = is_tamed(row, bodies, i);
+        active = larger(active, settling);
+        compliance = mul_add(compliance, settling, settling_compliance(a.compliance, before.response[i][i]));
+      }
     }
     if (!relaxes && use.moves)
       system.template eliminate<true>(i, active, compliance);
@@ -306,6 +322,11 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
         const L of_armature = RelaxingAxis<L>(row, i, presses, unused).part_of(change);
         drive[i] = drive[i] + of_armature;
         change = change - of_armature;
+      }
+      if (use.moves) {
+        const L settling = is_tamed(row, bodies, i) * change;
+        drive[i] = drive[i] + settling;
+        change = change - settling;
       }
       hold[i] = relaxed_hold(row, i, change);
     } else {

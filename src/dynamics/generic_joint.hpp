@@ -217,6 +217,7 @@ inline GenericJoint make_generic_joint(const JointDef& def, const JointRole& rol
   for (std::size_t i = 0; i < used; ++i)
     joint.axes[i] = generic_axis(softened(def.axes[i], def, h),
                                  swapped && def.type != JointType::distance ? -1.0f : 1.0f, role.masses[i], h);
+  joint.is_soft = def.hertz > 0 ? 1.0f : 0.0f;
   if (joint.cone != 0) {
     GenericAxis<float>& cone = joint.axes[static_cast<int>(JointAxisName::swing_y)];
     cone = {};

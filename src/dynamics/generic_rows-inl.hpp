@@ -32,6 +32,7 @@ struct GenericJointPlace {
   VecOf<L> pull;                 ///< m/s², see BallJointRow
   L distance;                    ///< 1 for a distance joint
   L cone;                        ///< 1 where a cone limits the swing instead of two axes
+  L is_soft;                     ///< 1 where what would be locked is a spring
   L min_hit;                     ///< m/s or rad/s, above which limits throw back
   GenericAxis<L> axes[axis_count];
 };
@@ -40,7 +41,7 @@ struct GenericJointPlace {
 template <class L>
 struct GenericJointDefinition {
   UnitQuat<L> on_a{splat<L>(1), {}}, on_b{splat<L>(1), {}};  ///< the joint's frames on the bodies
-  L distance{}, cone{};                                      ///< see GenericJointPlace
+  L distance{}, cone{}, is_soft{};                           ///< see GenericJointPlace
   L moves{};                                                 ///< 1: some axis has a limit, a drive or an armature
   L reacts{};                                                ///< 1: an armature or restitution
   L min_hit{};                                               ///< m/s or rad/s, speed above which limits bounce

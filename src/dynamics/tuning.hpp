@@ -193,6 +193,13 @@ inline constexpr float torn_share = 0.03f;
 /// a, s and b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where (h
 /// ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up in chains of five or more.
 inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 0.6f;
+/// A sweep over a spring that joins two dynamic bodies knows these two only. Where the spring is stiff beside their
+/// effective mass, from h ω of about 1 on, neighbours that share a body make each other swing ever more (found in
+/// random nets of soft balls and welds). So sweeps let it be no stiffer than a rigid joint is: with q = h ω (2 ζ + h ω)
+/// for that mass, no more than this q, and this fraction of its error closed in a substep. The relax sweep takes off
+/// the share q² / (q² + s) of the velocity across it, which from h ω = 0.6 on is more than half, and at 0.1, where
+/// springs swing, 0.001. Either measure alone leaves nets of eight bodies that gain energy.
+inline constexpr float stiffest_spring = 3.5f, closing_of_spring = 0.53f, settling_spring = 0.13f;
 /// Fraction of its error that a coupling closes in a substep if its bodies have no other couplings, and no joints
 /// except to bodies that cannot be pushed. Its one row then sees everything that it moves, so it need not be as soft as
 /// rows in chains (`joint_softness`; docs/joints.md, Couplings).

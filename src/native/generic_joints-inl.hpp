@@ -37,6 +37,7 @@ enum GenericField : int {
   generic_impulse_scale,
   generic_distance,
   generic_cone,
+  generic_is_soft,
   generic_min_hit,
   generic_axes,
   generic_hold = generic_axes + axis_count * axis_field_count,
@@ -71,6 +72,7 @@ HWY_INLINE void load_generic_joint(const Block<D>& block, GenericJointRow<V>& ro
   row.bias_rate = block.get(generic_bias_rate), row.mass_scale = block.get(generic_mass_scale);
   row.impulse_scale = block.get(generic_impulse_scale);
   row.distance = block.get(generic_distance), row.cone = block.get(generic_cone);
+  row.is_soft = block.get(generic_is_soft);
   for (int i = 0; i < axis_count; ++i) {
     row.axes[i] = load_axis(block, i);
     row.hold[i] = block.get(generic_hold + i), row.drive[i] = block.get(generic_drive + i);
@@ -124,7 +126,7 @@ HWY_NOINLINE void write_generic_lane(const Block<D>& block, std::size_t lane, co
   write(row.frame_a), write(row.frame_b);
   write(row.arm_a), write(row.arm_b), write(row.gap), write(row.pull);
   write(joint.softness.bias_rate), write(joint.softness.mass_scale), write(joint.softness.impulse_scale);
-  write(joint.distance), write(joint.cone), write(joint.min_hit);
+  write(joint.distance), write(joint.cone), write(joint.is_soft), write(joint.min_hit);
   for (const fathom::GenericAxis<float>& a : joint.axes) {
     write(a.locked), write(a.limited), write(a.lower), write(a.upper), write(a.target);
     write(a.approach), write(a.velocity), write(a.compliance), write(a.most);

@@ -78,28 +78,26 @@ template <class Many, class One>
 struct LanesOf {
   static_assert(std::is_trivially_copyable_v<One> && std::is_trivially_copyable_v<Many>);
   static_assert(alignof(One) == 4 && sizeof(Many) == 8 * sizeof(One), "words alone, as long as a Real");
-  static constexpr std::size_t words = sizeof(One) / 4;
+  static constexpr std::size_t words = sizeof(One) / 4, in_blocks = words / 8 * 8;
 
   static void gather(const std::array<const One*, 8>& from, Many& to) {
-    std::size_t w = 0;
-    for (; w + 8 <= words; w += 8) {
+    for (std::size_t w = 0; w < in_blocks; w += 8) {
       Eight block[8];
       for (std::size_t lane = 0; lane < 8; ++lane) std::memcpy(&block[lane], word(*from[lane], w), sizeof(Eight));
       transpose(block);
       std::memcpy(word(to, 8 * w), block, sizeof(block));
     }
-    for (; w < words; ++w)
+    for (std::size_t w = in_blocks; w < words; ++w)
       for (std::size_t lane = 0; lane < 8; ++lane) std::memcpy(word(to, 8 * w + lane), word(*from[lane], w), 4);
   }
   static void scatter(const Many& from, const std::array<One*, 8>& to, std::size_t count) {
-    std::size_t w = 0;
-    for (; w + 8 <= words; w += 8) {
+    for (std::size_t w = 0; w < in_blocks; w += 8) {
       Eight block[8];
       std::memcpy(block, word(from, 8 * w), sizeof(block));
       transpose(block);
       for (std::size_t lane = 0; lane < count; ++lane) std::memcpy(word(*to[lane], w), &block[lane], sizeof(Eight));
     }
-    for (; w < words; ++w)
+    for (std::size_t w = in_blocks; w < words; ++w)
       for (std::size_t lane = 0; lane < count; ++lane) std::memcpy(word(*to[lane], w), word(from, 8 * w + lane), 4);
   }
   static void take_out(const Many& from, std::size_t lane, One& to) {
