@@ -147,5 +147,27 @@ TEST_P(SoftJoints, NetsGainNoEnergy) {
     EXPECT_LT(energy_gained(GetParam(), seed, true), 1.02f) << "seed " << seed;
 }
 
+// Springs and drives as soft as their definitions allow.
+TEST_P(SoftJoints, TheSoftestAreFinite) {
+  World world(GetParam().quiet());
+  const BodyId a = add(world, box({1, 1, 1}), 1, {0, 0, 5}), b = add(world, sphere(0.1f), 1e-3f, {2, 0, 5});
+  const BodyId c = add(world, sphere(0.1f), 1e3f, {0, 2, 5});
+  for (const BodyId other : {b, c})
+    for (const float hertz : {1e-30f, 1e-15f, 1e-6f}) {
+      JointDef ball = ball_joint(a, other, {1, 0, 0}, {});
+      ball.hertz = hertz, ball.damping_ratio = 0;
+      world.add_joint(ball);
+      JointDef weld = fixed_joint(a, other, {{0, 1, 0}, 0, {}}, {});
+      weld.hertz = hertz, weld.damping_ratio = 0;
+      world.add_joint(weld);
+      JointDef slider = prismatic_joint(a, other, {}, {});
+      slider.axis(JointAxisName::x).drive_position(0, hertz * hertz, 0);
+      slider.hertz = hertz;
+      world.add_joint(slider);
+    }
+  for (int step = 0; step < 60; ++step) world.step();
+  for (const BodyId id : world.bodies()) EXPECT_LT(length(world.velocity(id).linear), 11);
+}
+
 }  // namespace
 }  // namespace fathom::test::soft_joints_test

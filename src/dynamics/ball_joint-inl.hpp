@@ -326,10 +326,11 @@ FATHOM_LANE_FUNCTION VecOf<L> limited_pull(const BallJointRow<L>& row, VecOf<L> 
 }
 
 /// Compliance with which the relax sweep settles a spring (see `settling_spring`) where an impulse changes the
-/// velocity across it by `response`.
+/// velocity across it by `response`. Finite for the softest spring.
 template <class L>
 FATHOM_LANE_FUNCTION L settling_compliance(L compliance, L response) {
-  return splat<L>(settling_spring) * compliance * (compliance / larger(response, splat<L>(1e-30f)));
+  const L ratio = smaller(compliance / larger(response, splat<L>(1e-30f)), splat<L>(1e6f));
+  return splat<L>(settling_spring) * ratio * (ratio * response);
 }
 
 /// The part of the row's wanted impulse beyond its maximum.

@@ -303,7 +303,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
       if (use.moves) {
         const L settling = is_tamed(row, bodies, i);
         active = larger(active, settling);
-        compliance = mul_add(compliance, settling, settling_compliance(a.compliance, before.response[i][i]));
+        compliance = choose(settling, settling_compliance(a.compliance, before.response[i][i]), compliance);
       }
     }
     if (!relaxes && use.moves)
