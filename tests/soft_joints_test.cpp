@@ -115,7 +115,7 @@ float energy_gained(const JointWorlds& worlds, unsigned seed, bool has_loops) {
                        : kind < 2 ? prismatic_joint(a, bodies.back(), on_a, on_b)
                        : kind < 3 ? fixed_joint(a, bodies.back(), on_a, on_b)
                                   : ball_joint(a, bodies.back(), on_a.position, on_b.position);
-      joint.hertz = within(5, 60), joint.damping_ratio = uniform(random, 0, 1);
+      joint.hertz = within(has_loops ? 20 : 5, 60), joint.damping_ratio = uniform(random, 0, 1);
       world.add_joint(joint);
     };
     if (i > 0) join(parent);
@@ -135,13 +135,14 @@ float energy_gained(const JointWorlds& worlds, unsigned seed, bool has_loops) {
   return highest;
 }
 
+// Left to sweeps as well, 3 of the 30 would gain, by up to 19,000 times.
 TEST_P(SoftJoints, TreesGainNoEnergy) {
   for (unsigned seed = 1; seed <= 30; ++seed)
     EXPECT_LT(energy_gained(GetParam(), seed, false), 1.02f) << "seed " << seed;
 }
 
-// What sweeps make of stiff springs that share bodies: where each is as stiff as its definition says, and relax sweeps
-// leave it alone, most of these nets gain energy without end.
+// Sweeps solve these. Where each spring is as stiff as its definition says, and relax sweeps leave it alone, 6 of the 30
+// gain energy, the worst a thousandfold.
 TEST_P(SoftJoints, NetsGainNoEnergy) {
   for (unsigned seed = 1; seed <= 30; ++seed)
     EXPECT_LT(energy_gained(GetParam(), seed, true), 1.02f) << "seed " << seed;

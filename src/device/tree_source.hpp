@@ -26,7 +26,7 @@ class TreeSource {
 
   std::uint32_t bodies() const { return bodies_.slot_count(); }
   std::uint32_t joints() const { return joints_.slot_count(); }
-  /// A joint that only drives converges well in sweeps, as springs do.
+  /// Joints that only drive are left to sweeps.
   bool is_candidate(std::uint32_t slot) const {
     if (!joints_.alive(slot) || is_coupling(slot)) return false;
     if (!is_generic(slot)) return !is_soft(slot);

@@ -8,13 +8,6 @@
 // (dynamics/lane_eight.hpp). Each lane is a different mechanism of the same shape: which axes are locked, limited or
 // driven is the same in all of them (native/mechanisms.cpp, `shape_of`). No result depends on the other lanes.
 
-#if defined(__CUDACC__)
-#define FATHOM_FLATTEN
-#else
-/// With all that it calls inlined, so that nothing is computed that it does not use.
-#define FATHOM_FLATTEN [[gnu::flatten]]
-#endif
-
 /// Motion of a body, in world axes.
 struct LinkMotion {
   Vec3 moved, turned;       ///< m and rad, since the step began
@@ -806,5 +799,3 @@ FATHOM_LANE_FUNCTION GenericImpulseOf<Real> JointLink::impulse() const {
   impulse.force = sign() * force_sum_, impulse.torque = sign() * torque_sum_;
   return impulse;
 }
-
-#undef FATHOM_FLATTEN

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <new>
 
+#include "dynamics/flatten.hpp"
 #include "dynamics/generic_joint.hpp"
 #include "dynamics/joint_elimination.hpp"
 #include "dynamics/rotation.hpp"

@@ -1,13 +1,6 @@
 // The operations of a mechanism's links in its direct solution (dynamics/mechanism.hpp), on each link alone or together
 // with its neighbours. Included like dynamics/joint_link-inl.hpp.
 
-#if defined(__CUDACC__)
-#define FATHOM_FLATTEN
-#else
-/// Not inlined, their arguments would pass through memory, which costs more than the work itself.
-#define FATHOM_FLATTEN [[gnu::flatten]]
-#endif
-
 /// Of a unit quaternion.
 FATHOM_LANE_FUNCTION Mat3 rotation_matrix(const UnitQuat<Real>& q) {
   const Real xx = q.v.x * q.v.x, yy = q.v.y * q.v.y, zz = q.v.z * q.v.z;
@@ -567,5 +560,3 @@ struct LinkSolver {
                       (soft ? Vec3{} : s.parent_moment);
   }
 };
-
-#undef FATHOM_FLATTEN

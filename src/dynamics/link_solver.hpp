@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "dynamics/flatten.hpp"
 #include "dynamics/mechanism_link.hpp"
 #include "dynamics/speed_limits.hpp"
 #include "dynamics/tuning.hpp"

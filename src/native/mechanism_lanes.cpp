@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "check/check.hpp"
+#include "dynamics/flatten.hpp"
 #include "math/eight_rows.hpp"
 #include "native/solver_kernels.hpp"
 

@@ -89,7 +89,7 @@ struct Mechanisms::Source {
 
   std::uint32_t bodies() const { return static_cast<std::uint32_t>(m.state_.size()); }
   std::uint32_t joints() const { return static_cast<std::uint32_t>(m.graph_.joint_slots()); }
-  /// Sweeps solve joints that only drive well enough.
+  /// Joints that only drive are left to sweeps.
   bool is_candidate(std::uint32_t slot) const {
     const Joint& j = m.graph_.joint(slot);
     if (!j.in_use || j.colour == no_colour || j.kind == ConstraintKind::coupling) return false;

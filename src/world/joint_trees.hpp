@@ -80,8 +80,8 @@ class JointTrees {
       if (is_candidate_[joint]) act(joint);
   }
 
-  /// Soft joints that close loops are left to sweeps, which solve them well enough: cut there, a mechanism of rigid
-  /// joints might have too many loops to be solved directly. So only those are candidates at which what a free end
+  /// Soft joints that close loops are left to sweeps: cut there, a mechanism of rigid joints might have too many loops
+  /// to be solved directly. So only those are candidates at which what a free end
   /// hangs on can be taken off: part by part, where one soft joint is left to a part. Parts are what rigid joints
   /// connect, and all obstacles are one.
   template <class Source>
