@@ -141,8 +141,8 @@ TEST_P(SoftJoints, TreesGainNoEnergy) {
     EXPECT_LT(energy_gained(GetParam(), seed, false), 1.02f) << "seed " << seed;
 }
 
-// Sweeps solve these. Where each spring is as stiff as its definition says, and relax sweeps leave it alone, 6 of the 30
-// gain energy, the worst a thousandfold.
+// Sweeps solve these. Where each spring is as stiff as its definition says, and relax sweeps leave it alone, 6 of the
+// 30 gain energy, the worst a thousandfold.
 TEST_P(SoftJoints, NetsGainNoEnergy) {
   for (unsigned seed = 1; seed <= 30; ++seed)
     EXPECT_LT(energy_gained(GetParam(), seed, true), 1.02f) << "seed " << seed;
